@@ -1,0 +1,24 @@
+// The solid's exact distance through a tree of its segments: no voxels, no interpolation error.
+#pragma once
+
+#include <span>
+
+#include "sdf/box_tree.hpp"
+#include "sdf/solid.hpp"
+
+namespace vstent::sdf {
+
+/// Same values as distance_brute_force, in logarithmic time. Immutable: any number of threads may read it.
+class ExactField {
+ public:
+  explicit ExactField(Solid solid);
+  Sample sample(const Vec3& x) const;
+  void sample(std::span<const Vec3> points, std::span<Sample> samples) const;  ///< in parallel
+  const Solid& solid() const { return solid_; }
+
+ private:
+  Solid solid_;
+  BoxTree tree_;
+};
+
+}  // namespace vstent::sdf
