@@ -11,7 +11,8 @@
 
 namespace vstent::sdf {
 
-/// Binary tree over item boxes, split at the median of the widest axis. Built once, read by any number of threads.
+/// Binary tree over item boxes, split at the median of the widest axis. Built once, read by any
+/// number of threads.
 class BoxTree {
  public:
   struct Nearest {
@@ -20,7 +21,8 @@ class BoxTree {
   };
 
   BoxTree() = default;
-  explicit BoxTree(std::span<const Box> boxes) : items_(boxes.size()), boxes_(boxes.begin(), boxes.end()) {
+  explicit BoxTree(std::span<const Box> boxes)
+      : items_(boxes.size()), boxes_(boxes.begin(), boxes.end()) {
     std::iota(items_.begin(), items_.end(), 0);
     if (!items_.empty()) build(0, static_cast<int>(items_.size()));
   }
@@ -48,7 +50,8 @@ class BoxTree {
     }
   }
 
-  /// The item with the smallest squared_distance_to(item), looking no further than sqrt(limit); ties go to the lower item.
+  /// The item with the smallest squared_distance_to(item), looking no further than sqrt(limit);
+  /// ties go to the lower item.
   template <class SquaredDistanceTo>
   Nearest nearest(const Vec3& point, SquaredDistanceTo&& squared_distance_to,
                   double limit = std::numeric_limits<double>::infinity()) const {
@@ -81,13 +84,14 @@ class BoxTree {
       int axis = 0;
       (centres.upper - centres.lower).maxCoeff(&axis);
       const int middle = begin + (end - begin) / 2;
-      std::nth_element(items_.begin() + begin, items_.begin() + middle, items_.begin() + end, [&](int a, int b) {
-        const Box& box_a = boxes_[static_cast<std::size_t>(a)];
-        const Box& box_b = boxes_[static_cast<std::size_t>(b)];
-        const double centre_a = box_a.lower[axis] + box_a.upper[axis];
-        const double centre_b = box_b.lower[axis] + box_b.upper[axis];
-        return centre_a != centre_b ? centre_a < centre_b : a < b;
-      });
+      std::nth_element(items_.begin() + begin, items_.begin() + middle, items_.begin() + end,
+                       [&](int a, int b) {
+                         const Box& box_a = boxes_[static_cast<std::size_t>(a)];
+                         const Box& box_b = boxes_[static_cast<std::size_t>(b)];
+                         const double centre_a = box_a.lower[axis] + box_a.upper[axis];
+                         const double centre_b = box_b.lower[axis] + box_b.upper[axis];
+                         return centre_a != centre_b ? centre_a < centre_b : a < b;
+                       });
       build(begin, middle);
       second_child = build(middle, end);
     }
@@ -100,14 +104,17 @@ class BoxTree {
   }
 
   template <class SquaredDistanceTo>
-  void visit_nearest(int index, const Vec3& point, SquaredDistanceTo&& squared_distance_to, Nearest& best) const {
+  void visit_nearest(int index, const Vec3& point, SquaredDistanceTo&& squared_distance_to,
+                     Nearest& best) const {
     const Node& node = nodes_[static_cast<std::size_t>(index)];
     if (node.second_child < 0) {
       for (int i = node.begin; i < node.end; ++i) {
         const int item = items_[static_cast<std::size_t>(i)];
-        if (boxes_[static_cast<std::size_t>(item)].squared_distance(point) > best.squared_distance) continue;
+        if (boxes_[static_cast<std::size_t>(item)].squared_distance(point) > best.squared_distance)
+          continue;
         const double d = squared_distance_to(item);
-        if (d < best.squared_distance || (d == best.squared_distance && item < best.item)) best = {item, d};
+        if (d < best.squared_distance || (d == best.squared_distance && item < best.item))
+          best = {item, d};
       }
       return;
     }
@@ -119,8 +126,10 @@ class BoxTree {
       std::swap(near_child, far_child);
       std::swap(near_bound, far_bound);
     }
-    if (near_bound <= best.squared_distance) visit_nearest(near_child, point, squared_distance_to, best);
-    if (far_bound <= best.squared_distance) visit_nearest(far_child, point, squared_distance_to, best);
+    if (near_bound <= best.squared_distance)
+      visit_nearest(near_child, point, squared_distance_to, best);
+    if (far_bound <= best.squared_distance)
+      visit_nearest(far_child, point, squared_distance_to, best);
   }
 
   std::vector<int> items_;

@@ -4,13 +4,15 @@
 #include <span>
 
 #include "sdf/box_tree.hpp"
-#include "sdf/solid.hpp"
+#include "sdf/prepared_segment.hpp"
 
 namespace vstent::sdf {
 
-/// Same values as distance_brute_force, in logarithmic time. Immutable: any number of threads may read it.
+/// Same values as distance_brute_force, in logarithmic time. Immutable: any number of threads may
+/// read it.
 class ExactField {
  public:
+  /// \throws std::invalid_argument an empty solid, or one with impossible segments
   explicit ExactField(Solid solid);
   Sample sample(const Vec3& x) const;
   void sample(std::span<const Vec3> points, std::span<Sample> samples) const;  ///< in parallel
@@ -18,7 +20,9 @@ class ExactField {
 
  private:
   Solid solid_;
+  std::vector<PreparedSegment> segments_;
   BoxTree tree_;
+  double reach_ = 0;  // the largest radius
 };
 
 }  // namespace vstent::sdf

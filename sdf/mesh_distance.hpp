@@ -12,13 +12,14 @@ Vec3 closest_point_on_triangle(const Vec3& x, const Vec3& a, const Vec3& b, cons
 class MeshDistance {
  public:
   struct Closest {
-    int triangle = -1;           ///< -1: nothing within the limit
+    int triangle = -1;  ///< -1: nothing within the limit
     Vec3 point = Vec3::Zero();
-    double distance = 0;         ///< mm, unsigned
+    double distance = 0;  ///< mm, unsigned
   };
   explicit MeshDistance(const TriangleMesh& mesh);
   Closest closest(const Vec3& x, double limit = std::numeric_limits<double>::infinity()) const;
-  /// Generalised winding number: about 1 inside a closed outward surface, 0 outside; graded across open ends.
+  /// Generalised winding number: about 1 inside a closed outward surface, 0 outside; graded across
+  /// open ends. Visits every triangle: for a few thousand queries, not for every voxel.
   double winding_number(const Vec3& x) const;
   const BoxTree& tree() const { return tree_; }
 

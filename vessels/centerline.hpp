@@ -44,8 +44,13 @@ struct CenterlinePlace {
 std::vector<CenterlinePath> paths(const Centerline& centerline, int branch = -1);
 CenterlinePlace nearest_place(const Centerline& centerline, const Vec3& point);
 
+/// Lines that run together count as one until they part. The inlet is the end with the largest radius, or without radii
+/// the first point of the first line. Radii that the file does not have are 0: unknown (see fill_radii).
 /// \throws Error (input_file) for a file that is no centerline; (geometry) for fewer than two points, loops, NaN
 Centerline read_centerline(const std::filesystem::path& path, LengthUnit unit);
+
+/// Gives points of unknown radius (0: the file had none) their distance to the surface's wall, caps left out.
+void fill_radii(Centerline& centerline, const Surface& surface);
 
 struct ExtractionOptions {
   std::optional<Vec3> inlet;  ///< a point near the opening or cap to start from; default: the widest

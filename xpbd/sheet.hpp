@@ -1,6 +1,7 @@
 // A vessel wall as particles and constraints: plain arrays, indexed, ready to be batched.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -15,11 +16,12 @@ struct DistanceConstraint {
   double stiffness = 0;
 };
 
-/// C = theta - rest_angle, the signed angle between the triangles that share edge (edge_a, edge_b) (paper, eq. 2, by
-/// atan2 so that it keeps its sign); energy stiffness/2 C^2, stiffness in N mm.
+/// C = theta - rest_angle, the signed angle between the triangles that share edge (edge_a, edge_b)
+/// (paper, eq. 2, by atan2 so that it keeps its sign); energy stiffness/2 C^2, stiffness in N mm.
 ///
 ///        wing_a
-///        /    \        theta = 0 when flat; wing_a belongs to the triangle that runs edge_a -> edge_b
+///        /    \        theta = 0 when flat; wing_a belongs to the triangle that runs edge_a ->
+///        edge_b
 ///   edge_a -- edge_b
 ///        \    /
 ///        wing_b
@@ -29,15 +31,16 @@ struct BendingConstraint {
   double stiffness = 0;
 };
 
-/// C = |x - target|; stiffness in N/mm (infinite attachments are particles of zero inverse mass instead).
+/// C = |x - target|; stiffness in N/mm (infinite attachments are particles of zero inverse mass
+/// instead).
 struct AttachmentConstraint {
   int vertex = 0;
   Vec3 target = Vec3::Zero();
   double stiffness = 0;
 };
 
-/// A half-space the vertex must stay in: C = normal . x - offset >= 0 (paper, eq. 3, linearised at the collision point);
-/// it pushes, never pulls. stiffness <= 0 means rigid.
+/// A half-space the vertex must stay in: C = normal . x - offset >= 0 (paper, eq. 3, linearised at
+/// the collision point); it pushes, never pulls. stiffness <= 0 means rigid.
 struct Contact {
   int vertex = 0;
   Vec3 normal = Vec3::UnitX();
@@ -47,36 +50,42 @@ struct Contact {
 
 /// Particles and the constraints between them. inverse_mass 0 pins a particle.
 struct Sheet {
-  std::vector<Vec3> positions;        ///< mm
-  std::vector<double> inverse_mass;   ///< 1/tonne
+  std::vector<Vec3> positions;       ///< mm
+  std::vector<double> inverse_mass;  ///< 1/tonne
   std::vector<DistanceConstraint> distances;
   std::vector<BendingConstraint> bendings;
   std::vector<AttachmentConstraint> attachments;
+  std::vector<Vec3> forces;  ///< N, constant, one per particle; empty: none
 };
 
-/// The wall as an isotropic elastic sheet (validation case V13; METHOD section 4 of the design notes).
+/// The wall as an isotropic elastic sheet (validation case V13; METHOD section 4 of the design
+/// notes).
 struct Membrane {
-  double youngs_modulus = 1.0;   ///< MPa
-  double thickness = 1.0;        ///< mm
-  double poisson_ratio = 0.45;   ///< enters the bending modulus only: springs make a membrane of nu = 1/3
+  double youngs_modulus = 1.0;  ///< MPa
+  double thickness = 1.0;       ///< mm
+  double poisson_ratio =
+      0.45;  ///< enters the bending modulus only: springs make a membrane of nu = 1/3
 };
 
 /// Stiffness of every edge and hinge of a sheet.
-/// Area-weighted: k_e = E t (A1 + A2) / l^2 (van Gelder), k_b = B l^2 / (A1 + A2), B = E t^3 / (12 (1 - nu^2)).
-/// Uniform: one constant per edge and per hinge, as in the paper.
+/// Area-weighted: k_e = E t (A1 + A2) / l^2 (van Gelder), k_b = B l^2 / (A1 + A2), B = E t^3 / (12
+/// (1 - nu^2)). Uniform: one constant per edge and per hinge, as in the paper.
 struct UniformStiffness {
   double distance = 0;  ///< N/mm
   double bending = 0;   ///< N mm
 };
 
-/// Builds distances (one per edge), bendings (one per interior edge) from triangles in their rest shape; zero-area
-/// triangles get no hinge. Pinned vertices get inverse mass 0; the others are left at 1 (see scale_masses).
-Sheet make_sheet(std::span<const Vec3> points, std::span<const Triangle> triangles, std::span<const char> pinned,
-                 const Membrane& membrane);
-Sheet make_sheet(std::span<const Vec3> points, std::span<const Triangle> triangles, std::span<const char> pinned,
-                 const UniformStiffness& stiffness);
+/// Builds distances (one per edge), bendings (one per interior edge) from triangles in their rest
+/// shape; slivers (height below a tenth of the longest edge) get no hinge, and area weights are
+/// limited beside them, so that a few needles of microns do not set the pace of the whole sheet.
+/// Pinned vertices get inverse mass 0; the others are left at 1 (see scale_masses).
+Sheet make_sheet(std::span<const Vec3> points, std::span<const Triangle> triangles,
+                 std::span<const char> pinned, const Membrane& membrane);
+Sheet make_sheet(std::span<const Vec3> points, std::span<const Triangle> triangles,
+                 std::span<const char> pinned, const UniformStiffness& stiffness);
 
-/// Signed hinge angle in (-pi, pi] and its gradient with respect to (edge_a, edge_b, wing_a, wing_b).
+/// Signed hinge angle in (-pi, pi] and its gradient with respect to (edge_a, edge_b, wing_a,
+/// wing_b).
 double hinge_angle(const Vec3& edge_a, const Vec3& edge_b, const Vec3& wing_a, const Vec3& wing_b,
                    std::array<Vec3, 4>* gradient = nullptr);
 

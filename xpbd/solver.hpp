@@ -1,4 +1,5 @@
-// The time step of Algorithm 1: predict, project every constraint, update velocities; and the force balance it leaves.
+// The time step of Algorithm 1: predict, project every constraint, update velocities; and the force
+// balance it leaves.
 #pragma once
 
 #include <memory>
@@ -8,29 +9,54 @@
 namespace vstent::xpbd {
 
 struct StepOptions {
-  double time_step = 1.0;      ///< s; numerical only, like the masses: the settled shape does not depend on it
-  int iterations = 10;         ///< sweeps over all constraints; consecutive sweeps run in opposite directions
-  double velocity_limit = 0;   ///< mm per step that inertia may move a particle (the paper's xi d_c); 0: none
-  double damping = 0;          ///< fraction of the velocity lost per step, before forces act
-  bool keep_multipliers = true;  ///< start from the last step's multipliers: no iteration-count bias at rest
+  /// s; numerical only, like the masses: the settled shape does not depend on it.
+  double time_step = 1.0;
+  /// Sweeps over all constraints; consecutive sweeps run in opposite directions.
+  int iterations = 10;
+  /// mm per step that inertia (the paper's xi d_c), or forces kept from the step before, may move a
+  /// particle; 0: no limit.
+  double velocity_limit = 0;
+  /// Fraction of the velocity lost per step, before forces act.
+  double damping = 0;
+  /// In place of `damping`: velocity lost is 3 / (n + 3) in the n-th step since rest, and rest
+  /// comes whenever forces turn against the motion. Settles in the square root of the steps that
+  /// fixed damping takes, with nothing to tune.
+  bool adaptive_damping = false;
+  /// Start from the last step's multipliers: no iteration-count bias at rest.
+  bool keep_multipliers = true;
 };
 
 struct StepReport {
-  double largest_move = 0;        ///< mm, any vertex, this step
-  int clamped_vertices = 0;       ///< whose inertial move met velocity_limit
+  double largest_move = 0;   ///< mm, any vertex, this step
+  int clamped_vertices = 0;  ///< whose inertial move met velocity_limit
 };
 
 /// Static forces at the present positions: what the constraints' energies leave unbalanced.
 struct ForceBalance {
-  double residual_rms = 0;        ///< N, over free particles, after contact reactions
-  double residual_max = 0;        ///< N
+  double residual_rms = 0;  ///< N, over free particles, after contact reactions
+  double residual_max = 0;  ///< N
   int worst_vertex = -1;
   double contact_force_mean = 0;  ///< N, over particles in contact
   double contact_force_sum = 0;   ///< N
   int in_contact = 0;
-  double energy = 0;              ///< N mm, of distances, bendings and attachments
-  /// residual_rms / contact_force_mean; without contact residual_rms over the rms force a constraint carries, 0 at rest.
+  double energy = 0;  ///< N mm, of distances, bendings and attachments
+  /// residual_rms / contact_force_mean; without contact residual_rms over the rms force a
+  /// constraint carries, 0 at rest.
   double relative = 0;
+};
+
+struct RelaxOptions {
+  /// Over 1 / (row sum of the stiffness matrix): 4/3 is safe for any sheet, triangle meshes bear 2.
+  double step = 1.3;
+  /// mm that a particle may move in an iteration, before contacts; 0: no limit.
+  double largest_move = 0.1;
+  /// mm, for the balance in the report.
+  double contact_tolerance = 1e-3;
+};
+
+struct RelaxReport {
+  double largest_move = 0;  ///< mm
+  ForceBalance balance;     ///< of the places where the iteration took its forces
 };
 
 /// Holds a sheet in motion. Results are bit-identical for any number of threads.
@@ -40,8 +66,15 @@ class Solver {
   ~Solver();
   Solver(Solver&&) noexcept;
 
-  /// One time step under these contacts; multipliers of contacts are matched by vertex between steps.
+  /// One time step under these contacts; multipliers of contacts are matched by vertex between
+  /// steps.
   StepReport step(std::span<const Contact> contacts, const StepOptions& options);
+
+  /// One iteration towards static balance: no masses, time or multipliers, but the forces
+  /// themselves, preconditioned by the stiffness around each particle, with momentum as under
+  /// `adaptive_damping`; contacts by projection. Costs about a sweep and comes with the balance.
+  /// Starts from rest where `step` was called before, and the other way round.
+  RelaxReport relax(std::span<const Contact> contacts, const RelaxOptions& options);
 
   std::span<const Vec3> positions() const;
   std::span<const Vec3> velocities() const;
@@ -56,8 +89,10 @@ class Solver {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// Sets masses so that k dt^2/m, summed over what pulls at each particle, is `kappa`: mass is numerical here, and this
-/// choice makes every particle, in a coarse or a fine corner of the mesh, equally far from the stability of a sweep.
+/// Sets masses so that k dt^2/m, summed over what pulls at each particle, is `kappa`: mass is
+/// numerical here, and this choice makes every particle, in a coarse or a fine corner of the mesh,
+/// equally far from the stability of a sweep. With kept multipliers take kappa <= 0.6 for one sweep
+/// a step, <= 1 for two.
 void scale_masses(Sheet& sheet, double time_step, double kappa);
 
 }  // namespace vstent::xpbd

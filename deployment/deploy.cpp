@@ -1,0 +1,171 @@
+#include "deployment/deploy.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sdf/polyline.hpp"
+#include "stents/axis.hpp"
+#include "vessels/error.hpp"
+#include "vessels/text.hpp"
+
+namespace vstent::deployment {
+namespace {
+
+using vessels::number;
+
+// The paper's constants are in centimetres and grams; a spring of 1e5 g/s^2 is 1e5 dyn/cm = 0.1 N/mm, and a hinge of
+// 1e3 g cm^2/s^2 = 1e3 erg is 0.1 N mm.
+constexpr xpbd::UniformStiffness kPaperWall{0.1, 0.1};
+
+sdf::Solid solid_of(const StentState& state, Shape shape, double inset) {
+  // The level set is drawn `inset` inside the outer surface, all round: contact at that distance puts the wall on it.
+  std::vector<double> radii(state.radii);
+  for (double& r : radii) r -= inset;
+  Polyline axis = state.axis;
+  const std::size_t last = axis.size() - 1;
+  if (shape != Shape::capsule) {
+    const std::vector<double> arc = arc_lengths(state.axis);
+    axis = resample(state.axis, inset, arc[last] - inset, arc[last] / static_cast<double>(last));
+    const std::vector<double> shortened = arc_lengths(axis);
+    std::vector<double> moved_radii;
+    for (const double s : shortened) moved_radii.push_back(value_at(radii, arc, s + inset));
+    radii = moved_radii;
+  }
+  sdf::Solid solid = sdf::make_tube(axis, radii, shape == Shape::capsule);
+  if (shape == Shape::paper) solid.joints = sdf::Joints::flat;
+  return solid;
+}
+
+xpbd::Sheet make_wall(const Setup& setup, const std::vector<Vec3>& points) {
+  const Case& c = setup.specification;
+  const vessels::Region& region = setup.region;
+  if (c.paper_wall) return xpbd::make_sheet(points, region.triangles, region.pinned, kPaperWall);
+  const xpbd::Membrane membrane{*c.youngs_modulus, *c.thickness, *c.poisson_ratio};
+  return xpbd::make_sheet(points, region.triangles, region.pinned, membrane);
+}
+
+void require_numbers(std::span<const Vec3> positions, const vessels::Region& region, int step) {
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    if (!positions[i].allFinite()) {
+      throw Error(ExitCode::numerical, "step " + std::to_string(step) + ": vertex " + std::to_string(region.vertices[i]) +
+                                           " has no finite position any more; try a smaller growth_per_step");
+    }
+  }
+}
+
+}  // namespace
+
+StentState stent_state(const Setup& setup, double expansion) {
+  const Placement& p = setup.placement;
+  StentState state;
+  state.axis = stents::straightened(p.axis, expansion * *setup.specification.straightening);
+  state.radii = stents::expanded_radii(setup.stent, p.arc, setup.start_radius, expansion);
+  return state;
+}
+
+int growth_steps(const Setup& setup) {
+  double travel = 0;
+  const StentState start = stent_state(setup, 0);
+  const StentState end = stent_state(setup, 1);
+  for (std::size_t i = 0; i < start.axis.size(); ++i) {
+    travel = std::max(travel, end.radii[i] - start.radii[i] + (end.axis[i] - start.axis[i]).norm());
+  }
+  return std::max(1, static_cast<int>(std::ceil(travel / *setup.specification.growth_per_step)));
+}
+
+std::vector<xpbd::Contact> find_contacts(const sdf::LevelSet& stent, std::span<const Vec3> positions,
+                                         std::span<const char> pinned, double contact_distance, double reach,
+                                         double stiffness) {
+  std::vector<sdf::Sample> samples(positions.size());
+  stent.sample(positions, samples);
+  std::vector<xpbd::Contact> contacts;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    if (pinned[i] || samples[i].distance >= contact_distance + reach) continue;
+    if (samples[i].gradient.isZero()) {
+      if (samples[i].distance > 0) continue;
+      throw Error(ExitCode::numerical, "a wall vertex at " + vessels::place(positions[i]) +
+                                           " mm lies deeper inside the stent than its level set reaches; "
+                                           "try a smaller growth_per_step");
+    }
+    xpbd::Contact contact;
+    contact.vertex = static_cast<int>(i);
+    contact.normal = samples[i].gradient;
+    contact.offset = contact.normal.dot(positions[i]) + contact_distance - samples[i].distance;
+    contact.stiffness = stiffness;
+    contacts.push_back(contact);
+  }
+  return contacts;
+}
+
+Outcome deploy(const Setup& setup, const Observer& observe) {
+  const Case& c = setup.specification;
+  const vessels::Region& region = setup.region;
+  const double contact_distance = *c.contact_distance;
+  const double reach = 3 * *c.growth_per_step;
+  const double voxel = *c.voxel_size;
+  // Nodal gradients see 2.45 voxels around a point; the wall may enter by the growth of a step and leave by the reach.
+  const sdf::VoxelOptions voxels{voxel, (contact_distance + 2 * reach) / voxel + 3.5};
+  const double stiffness = c.paper_wall ? c.contact_stiffness.value_or(0.1) : c.contact_stiffness.value_or(0);
+
+  std::vector<Vec3> points;
+  for (const int v : region.vertices) points.push_back(setup.surface.mesh.points[static_cast<std::size_t>(v)]);
+  xpbd::Sheet wall = make_wall(setup, points);
+  xpbd::StepOptions options;
+  options.iterations = *c.iterations;
+  options.velocity_limit = 0.5 * contact_distance;
+  xpbd::scale_masses(wall, options.time_step, 1.0);
+  xpbd::Solver solver(wall);
+
+  Outcome outcome;
+  const int growth = growth_steps(setup);
+  const int settling = *c.max_settling_steps;
+  StentState state;
+  sdf::LevelSet level_set = sdf::voxelise(solid_of(stent_state(setup, 0), c.shape, contact_distance), voxels);
+  for (int step = 1; step <= growth + settling; ++step) {
+    StepRecord record;
+    record.step = step;
+    record.settling = step > growth;
+    record.expansion = std::min(1.0, static_cast<double>(step) / growth);
+    if (!record.settling) {
+      state = stent_state(setup, record.expansion);
+      level_set = sdf::voxelise(solid_of(state, c.shape, contact_distance), voxels);
+    }
+    options.damping = record.settling ? 0.05 : 0.2;
+    const auto contacts = find_contacts(level_set, solver.positions(), region.pinned, contact_distance, reach, stiffness);
+    const xpbd::StepReport report = solver.step(contacts, options);
+    require_numbers(solver.positions(), region, step);
+
+    const bool judge = !record.settling || step % 10 == 0 || step == growth + settling;
+    if (!judge) continue;
+    const xpbd::ForceBalance balance = solver.balance(contacts, 1e-3 * contact_distance);
+    record.radius = state.radii.front();
+    record.straightening = record.expansion * *c.straightening;
+    record.contacts = balance.in_contact;
+    record.largest_move = report.largest_move;
+    record.residual = balance.relative;
+    record.contact_force = balance.contact_force_sum;
+    record.energy = balance.energy;
+    outcome.history.push_back(record);
+    if (observe && !observe(record, solver.positions())) throw Error(ExitCode::interrupted, "stopped on request");
+    if (record.settling && balance.relative <= *c.tolerance) {
+      outcome.converged = true;
+      break;
+    }
+  }
+
+  outcome.positions = setup.surface.mesh.points;
+  outcome.moved.assign(outcome.positions.size(), 0);
+  for (std::size_t i = 0; i < region.vertices.size(); ++i) {
+    const auto v = static_cast<std::size_t>(region.vertices[i]);
+    if (region.pinned[i]) continue;
+    outcome.positions[v] = solver.positions()[i];
+    outcome.moved[v] = 1;
+  }
+  outcome.axis = state.axis;
+  outcome.radii = state.radii;
+  outcome.stent = solid_of(state, c.shape, 0);
+  outcome.contact_force = outcome.history.empty() ? 0 : outcome.history.back().contact_force;
+  return outcome;
+}
+
+}  // namespace vstent::deployment

@@ -1,0 +1,130 @@
+#include "deployment/results.hpp"
+
+#include <charconv>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "sdf/polyline.hpp"
+#include "vessels/error.hpp"
+#include "vessels/file_guard.hpp"
+
+namespace vstent::deployment {
+namespace fs = std::filesystem;
+namespace {
+
+std::string text(double value) {
+  char buffer[40];
+  return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr};
+}
+
+std::string history_csv(const std::vector<StepRecord>& history) {
+  std::ostringstream csv;
+  csv << "step,settling,expansion,radius_mm,straightening,contacts,largest_move_mm,relative_residual,contact_force_N,"
+         "energy_N_mm\n";
+  for (const StepRecord& r : history) {
+    csv << r.step << ',' << r.settling << ',' << text(r.expansion) << ',' << text(r.radius) << ','
+        << text(r.straightening) << ',' << r.contacts << ',' << text(r.largest_move) << ',' << text(r.residual) << ','
+        << text(r.contact_force) << ',' << text(r.energy) << '\n';
+  }
+  return csv.str();
+}
+
+sdf::LevelSet stent_level_set(const Setup& setup, const sdf::Solid& solid) {
+  return sdf::voxelise(solid, {*setup.specification.voxel_size, 3});
+}
+
+/// The stent's surface in the unit of the vessel's file.
+void write_stent_surface(const Setup& setup, const sdf::LevelSet& level_set, const fs::path& path) {
+  TriangleMesh mesh = level_set.surface();
+  for (Vec3& p : mesh.points) p /= vessels::millimetres_per(setup.surface.unit);
+  const vessels::Surface surface = vessels::make_surface(std::move(mesh), "stent");
+  vessels::write_surface(surface, surface.mesh.points, std::vector<char>(surface.mesh.points.size(), 0), path);
+}
+
+std::string step_name(const std::string& what, int step) {
+  std::string digits = std::to_string(step);
+  digits.insert(0, digits.size() < 5 ? 5 - digits.size() : 0, '0');
+  return what + "_" + digits + ".vtp";
+}
+
+vessels::Fields displacement_field(const std::vector<Vec3>& before, const std::vector<Vec3>& after) {
+  std::vector<double> displacement;
+  displacement.reserve(3 * before.size());
+  for (std::size_t v = 0; v < before.size(); ++v) {
+    for (int k = 0; k < 3; ++k) displacement.push_back(after[v][k] - before[v][k]);
+  }
+  return {{"Displacement", std::move(displacement)}};
+}
+
+Comparison comparison_for(const Setup& setup, const Outcome& outcome) {
+  Comparison comparison;
+  comparison.axis_before = setup.placement.axis;
+  comparison.axis_after = outcome.axis;
+  for (const double r : outcome.radii) comparison.target.push_back(2 * r);
+  comparison.reference_diameter = setup.placement.reference_diameter;
+  comparison.stent = outcome.stent;
+  comparison.movable = outcome.moved;
+  comparison.patch_triangles.assign(setup.surface.mesh.triangles.size(), 0);
+  for (const int t : setup.region.triangle_ids) comparison.patch_triangles[static_cast<std::size_t>(t)] = 1;
+  return comparison;
+}
+
+}  // namespace
+
+void StepSaver::save(const StepRecord& record, std::span<const Vec3> patch_positions) {
+  if (steps_.empty()) fs::create_directory(stage_ / "steps");
+  std::vector<Vec3> positions = setup_.surface.mesh.points;
+  std::vector<char> moved(positions.size(), 0);
+  for (std::size_t i = 0; i < patch_positions.size(); ++i) {
+    const auto v = static_cast<std::size_t>(setup_.region.vertices[i]);
+    positions[v] = patch_positions[i];
+    moved[v] = !setup_.region.pinned[i];
+  }
+  vessels::write_surface(setup_.surface, positions, moved, stage_ / "steps" / step_name("wall", record.step));
+  const StentState state = stent_state(setup_, record.expansion);
+  write_stent_surface(setup_, stent_level_set(setup_, sdf::make_tube(state.axis, state.radii)),
+                      stage_ / "steps" / step_name("stent", record.step));
+  steps_.push_back(record.step);
+}
+
+void StepSaver::write_list() const {
+  if (steps_.empty()) return;
+  std::ostringstream list;
+  list << "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n  <Collection>\n";
+  for (const int step : steps_) {
+    list << "    <DataSet timestep=\"" << step << "\" part=\"0\" file=\"steps/" << step_name("wall", step) << "\"/>\n"
+         << "    <DataSet timestep=\"" << step << "\" part=\"1\" file=\"steps/" << step_name("stent", step) << "\"/>\n";
+  }
+  list << "  </Collection>\n</VTKFile>\n";
+  vessels::write_whole(stage_ / "steps.pvd", list.str());
+}
+
+Metrics write_results(const Setup& setup, const Outcome& outcome, const fs::path& stage) {
+  const vessels::Surface& surface = setup.surface;
+  vessels::write_surface(surface, outcome.positions, outcome.moved, stage / "stented.vtp",
+                         displacement_field(surface.mesh.points, outcome.positions));
+  const sdf::LevelSet level_set = stent_level_set(setup, outcome.stent);
+  try {
+    level_set.write(stage / "stent.vdb", "stent");
+  } catch (const std::runtime_error& error) {
+    throw Error(ExitCode::output, std::string("stent.vdb: ") + error.what());
+  }
+  write_stent_surface(setup, level_set, stage / "stent.vtp");
+  vessels::write_centerline(setup.centerline, surface.unit, stage / "centerline.vtp");
+  vessels::write_whole(stage / "case.json", to_json(setup.specification).dump(2) + "\n");
+  vessels::write_whole(stage / "history.csv", history_csv(outcome.history));
+
+  const vessels::Surface written = vessels::read_surface(stage / "stented.vtp", surface.unit);
+  const Metrics metrics = measure(surface, written, comparison_for(setup, outcome));
+  nlohmann::ordered_json json = to_json(metrics);
+  json["simulation"] = {{"converged", outcome.converged},
+                        {"steps", outcome.history.empty() ? 0 : outcome.history.back().step},
+                        {"relative_residual", outcome.history.empty() ? 0 : outcome.history.back().residual},
+                        {"contact_force_N", outcome.contact_force}};
+  json["reference_diameter_mm"] = setup.placement.reference_diameter;
+  json["warnings"] = setup.warnings;
+  vessels::write_whole(stage / "metrics.json", json.dump(2) + "\n");
+  return metrics;
+}
+
+}  // namespace vstent::deployment

@@ -1,0 +1,54 @@
+#include "sdf/exact_field.hpp"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cassert>
+
+namespace vstent::sdf {
+
+ExactField::ExactField(Solid solid) : solid_(std::move(solid)) {
+  check(solid_);
+  std::vector<Box> boxes;
+  boxes.reserve(solid_.segments.size());
+  segments_.reserve(solid_.segments.size());
+  double largest_coordinate = 0;
+  for (const Segment& segment : solid_.segments) {
+    segments_.push_back(prepare(segment, solid_.joints));
+    boxes.push_back(axis_box(segment));
+    reach_ = std::max(reach_, segments_.back().largest_radius());
+    largest_coordinate = std::max(
+        {largest_coordinate, segment.a.cwiseAbs().maxCoeff(), segment.b.cwiseAbs().maxCoeff()});
+  }
+  tree_ = BoxTree(boxes);
+  reach_ += 1e-9 * (largest_coordinate + reach_);  // rounding must not prune a tie
+}
+
+Sample ExactField::sample(const Vec3& x) const {
+  Sample best{std::numeric_limits<double>::infinity(), Vec3::Zero()};
+  int winner = -1;
+  // A segment's distance is at least |x - its axis| - its radius, so one whose axis box is farther
+  // than best + reach cannot win: the tree is searched by (distance + reach)^2, and the winner is
+  // kept here, where ties are exact.
+  tree_.nearest(x, [&](int item) {
+    const Sample sample =
+        distance_to(segments_[static_cast<std::size_t>(item)], solid_.caps, solid_.joints, x);
+    if (sample.distance < best.distance || (sample.distance == best.distance && item < winner)) {
+      best = sample;
+      winner = item;
+    }
+    const double bound = (best.distance + reach_) * (1 + 1e-9);
+    return bound * bound;
+  });
+  return best;
+}
+
+void ExactField::sample(std::span<const Vec3> points, std::span<Sample> samples) const {
+  assert(points.size() == samples.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size(), 256), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i != range.end(); ++i) samples[i] = sample(points[i]);
+  });
+}
+
+}  // namespace vstent::sdf

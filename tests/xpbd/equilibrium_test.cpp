@@ -1,0 +1,195 @@
+// The settled shape is the minimum of the constraints' energy, found independently by Newton's
+// method (V6).
+#include <gtest/gtest.h>
+
+#include <Eigen/SparseCholesky>
+
+#include "tests/xpbd/shapes.hpp"
+
+namespace vstent::tests {
+namespace {
+
+using xpbd::Sheet;
+using xpbd::Solver;
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+/// Springs, hinges and a penalty against a cylinder about z, minimised by Newton's method with the
+/// hinges' curvature approximated from their gradients, and backtracking.
+class EnergyMinimum {
+ public:
+  EnergyMinimum(const Sheet& sheet, double radius, double half_length, double penalty)
+      : sheet_(sheet), radius_(radius), half_length_(half_length), penalty_(penalty) {
+    touches_.resize(sheet.positions.size());
+  }
+
+  /// Contact acts on the vertices that lie within the cylinder's length at the given places.
+  std::vector<Vec3> from(std::vector<Vec3> x) {
+    for (std::size_t i = 0; i < x.size(); ++i)
+      touches_[i] = sheet_.inverse_mass[i] > 0 && std::abs(x[i].z()) <= half_length_;
+    for (int iteration = 0; iteration < 300; ++iteration) {
+      assemble(x);
+      Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors(hessian_);
+      const Eigen::VectorXd direction = -factors.solve(gradient_);
+      const double before = energy(x);
+      double step = 1;
+      std::vector<Vec3> moved = x;
+      for (;; step /= 2) {
+        for (std::size_t i = 0; i < x.size(); ++i)
+          moved[i] = x[i] + step * direction.segment<3>(3 * static_cast<Eigen::Index>(i));
+        if (energy(moved) <= before || step < 1e-9) break;
+      }
+      x = moved;
+      if (step * direction.lpNorm<Eigen::Infinity>() < 1e-8) return x;
+    }
+    ADD_FAILURE() << "Newton's method did not converge";
+    return x;
+  }
+
+  double energy(const std::vector<Vec3>& x) const {
+    double sum = 0;
+    for (const auto& d : sheet_.distances) {
+      const double stretch = (x[at(d.j)] - x[at(d.i)]).norm() - d.rest_length;
+      sum += 0.5 * d.stiffness * stretch * stretch;
+    }
+    for (const auto& b : sheet_.bendings) {
+      const double fold = angle(b, x, nullptr) - b.rest_angle;
+      sum += 0.5 * b.stiffness * fold * fold;
+    }
+    for (std::size_t i = 0; i < x.size(); ++i)
+      if (touches_[i])
+        sum += 0.5 * penalty_ * std::pow(std::max(0.0, radius_ - distance_from_axis(x[i])), 2);
+    return sum;
+  }
+
+ private:
+  static double angle(const xpbd::BendingConstraint& b, const std::vector<Vec3>& x,
+                      std::array<Vec3, 4>* g) {
+    return xpbd::hinge_angle(x[at(b.edge_a)], x[at(b.edge_b)], x[at(b.wing_a)], x[at(b.wing_b)], g);
+  }
+
+  void add(int i, const Vec3& force) { gradient_.segment<3>(3 * i) += force; }
+  void add(int i, int j, const Eigen::Matrix3d& block) {
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) entries_.emplace_back(3 * i + r, 3 * j + c, block(r, c));
+  }
+
+  void assemble(const std::vector<Vec3>& x) {
+    const auto size = 3 * static_cast<Eigen::Index>(x.size());
+    gradient_ = Eigen::VectorXd::Zero(size);
+    entries_.clear();
+    for (const auto& d : sheet_.distances) {
+      const Vec3 edge = x[at(d.j)] - x[at(d.i)];
+      const double length = edge.norm(), stretch = length - d.rest_length;
+      const Vec3 n = edge / length;
+      const Eigen::Matrix3d along = n * n.transpose();
+      // A compressed spring's transverse stiffness is negative: left out, the matrix stays positive
+      // definite.
+      const Eigen::Matrix3d block =
+          d.stiffness *
+          (along + std::max(0.0, stretch / length) * (Eigen::Matrix3d::Identity() - along));
+      add(d.i, -d.stiffness * stretch * n);
+      add(d.j, d.stiffness * stretch * n);
+      add(d.i, d.i, block);
+      add(d.j, d.j, block);
+      add(d.i, d.j, -block);
+      add(d.j, d.i, -block);
+    }
+    for (const auto& b : sheet_.bendings) {
+      std::array<Vec3, 4> g;
+      const double fold = angle(b, x, &g) - b.rest_angle;
+      const std::array<int, 4> v{b.edge_a, b.edge_b, b.wing_a, b.wing_b};
+      for (std::size_t k = 0; k < 4; ++k) {
+        add(v[k], b.stiffness * fold * g[k]);
+        for (std::size_t l = 0; l < 4; ++l) add(v[k], v[l], b.stiffness * g[k] * g[l].transpose());
+      }
+    }
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const int vertex = static_cast<int>(i);
+      if (const double depth = radius_ - distance_from_axis(x[i]); touches_[i] && depth > 0) {
+        const Vec3 n = Vec3(x[i].x(), x[i].y(), 0).normalized();
+        add(vertex, -penalty_ * depth * n);
+        add(vertex, vertex, penalty_ * n * n.transpose());
+      }
+      if (sheet_.inverse_mass[i] == 0) {
+        gradient_.segment<3>(3 * vertex).setZero();
+        add(vertex, vertex, 1e12 * Eigen::Matrix3d::Identity());
+      }
+    }
+    hessian_.resize(size, size);
+    hessian_.setFromTriplets(entries_.begin(), entries_.end());
+  }
+
+  const Sheet& sheet_;
+  double radius_, half_length_, penalty_;
+  std::vector<char> touches_;
+  Eigen::VectorXd gradient_;
+  std::vector<Eigen::Triplet<double>> entries_;
+  Eigen::SparseMatrix<double> hessian_;
+};
+
+class StentedTube : public ::testing::Test {
+ protected:
+  const Mesh mesh = make_tube({.length = 40, .edge = 1.6, .narrowing = 0.6, .jitter = 0.1});
+  Sheet sheet = xpbd::make_sheet(mesh.points, mesh.triangles, mesh.pinned,
+                                 xpbd::Membrane{.youngs_modulus = 1, .thickness = 0.5});
+
+  /// Grows a cylinder of 16 mm from 1.98 to 5 mm over 60 steps and holds until the residual is
+  /// below 1e-6.
+  template <class Advance>
+  std::vector<Vec3> deploy(Solver& solver, const Advance& advance) const {
+    for (int step = 0; step <= 5000; ++step) {
+      const double radius = 1.98 + (5 - 1.98) * std::min(1.0, step / 60.0);
+      const auto contacts = cylinder_contacts(solver.positions(), mesh.pinned, radius, 8);
+      advance(solver, contacts);
+      if (step > 60 && step % 20 == 0 && solver.balance(contacts, 1e-6).relative < 1e-6) break;
+    }
+    return {solver.positions().begin(), solver.positions().end()};
+  }
+
+  void expect_minimum(const std::vector<Vec3>& settled) {
+    // Forces of 0.05 N sink 1e-6 mm into the penalty.
+    EnergyMinimum newton(sheet, 5, 8, 5e4);
+    const std::vector<Vec3> minimum = newton.from(settled);
+    double worst = 0;
+    for (std::size_t i = 0; i < settled.size(); ++i)
+      worst = std::max(worst, (settled[i] - minimum[i]).norm());
+    EXPECT_LT(worst, 0.005);
+    EXPECT_NEAR(newton.energy(settled) / newton.energy(minimum), 1, 1e-4);
+    RecordProperty("distance_from_minimum_um", static_cast<int>(1e3 * worst));
+  }
+};
+
+TEST_F(StentedTube, SettlesInTheEnergyMinimumByRelaxation) {
+  Solver solver(sheet);
+  expect_minimum(deploy(solver, [](Solver& s, const auto& contacts) { s.relax(contacts, {}); }));
+}
+
+TEST_F(StentedTube, SettlesInTheEnergyMinimumByOneSweepAStep) {
+  xpbd::scale_masses(sheet, 1, 0.5);
+  Solver solver(sheet);
+  expect_minimum(deploy(solver, [](Solver& s, const auto& contacts) {
+    s.step(contacts, {.iterations = 1, .velocity_limit = 0.1, .adaptive_damping = true});
+  }));
+}
+
+TEST_F(StentedTube, DoesNotDependOnIterationsOrMasses) {
+  std::vector<std::vector<Vec3>> shapes;
+  for (const auto& [iterations, kappa] :
+       {std::pair{1, 0.3}, std::pair{2, 0.6}, std::pair{4, 0.5}}) {
+    Sheet scaled = sheet;
+    xpbd::scale_masses(scaled, 0.1, kappa);
+    Solver solver(scaled);
+    shapes.push_back(deploy(solver, [n = iterations](Solver& s, const auto& contacts) {
+      s.step(contacts,
+             {.time_step = 0.1, .iterations = n, .velocity_limit = 0.1, .adaptive_damping = true});
+    }));
+  }
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    EXPECT_LT((shapes[1][i] - shapes[0][i]).norm(), 0.001 * 5);
+    EXPECT_LT((shapes[2][i] - shapes[0][i]).norm(), 0.001 * 5);
+  }
+}
+
+}  // namespace
+}  // namespace vstent::tests

@@ -1,0 +1,243 @@
+// Batches, instruction sets and threads change the speed of a result and nothing else.
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <cstring>
+#include <numeric>
+
+#include "tests/xpbd/reference_solver.hpp"
+#include "tests/xpbd/shapes.hpp"
+#include "xpbd/kernels.hpp"
+#include "xpbd/layout.hpp"
+
+namespace vstent::tests {
+namespace {
+
+using xpbd::Layout;
+using xpbd::Sheet;
+using xpbd::Solver;
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+Mesh vessel() { return make_tube({.length = 60, .edge = 0.8, .narrowing = 0.5, .jitter = 0.2}); }
+
+Sheet sheet_of(const Mesh& mesh) {
+  Sheet sheet = xpbd::make_sheet(mesh.points, mesh.triangles, mesh.pinned, xpbd::Membrane{});
+  xpbd::scale_masses(sheet, 1, 0.5);
+  return sheet;
+}
+
+/// The constraints of a layout's tasks, in the order in which a forward sweep takes them.
+template <class Batch, class Add>
+void in_order(const std::vector<Batch>& batches, std::size_t first, std::size_t last,
+              const Add& add) {
+  for (std::size_t k = first; k < last; ++k)
+    for (std::size_t lane = 0; lane < xpbd::kLanes; ++lane) add(batches[k], lane);
+}
+
+Sheet reordered(const Sheet& sheet) {
+  const Layout layout = xpbd::make_layout(sheet);
+  Sheet result = sheet;
+  result.distances.clear();
+  result.bendings.clear();
+  const auto vertex = [&](int number) { return layout.original[at(number)]; };
+  for (const auto* phase : {&layout.within, &layout.between})
+    for (const xpbd::Task& task : *phase) {
+      in_order(layout.distances, task.first_distance, task.last_distance,
+               [&](const auto& b, std::size_t lane) {
+                 if (lane > 0 && b.i[lane] == b.i[0]) return;
+                 result.distances.push_back(
+                     {vertex(b.i[lane]), vertex(b.j[lane]), b.rest[lane], 1 / b.compliance[lane]});
+               });
+      in_order(layout.bendings, task.first_bending, task.last_bending,
+               [&](const auto& b, std::size_t lane) {
+                 if (lane > 0 && b.vertex[0][lane] == b.vertex[0][0]) return;
+                 result.bendings.push_back({vertex(b.vertex[0][lane]), vertex(b.vertex[1][lane]),
+                                            vertex(b.vertex[2][lane]), vertex(b.vertex[3][lane]),
+                                            b.rest[lane], 1 / b.compliance[lane]});
+               });
+    }
+  return result;
+}
+
+TEST(Batches, DoWhatOneConstraintAfterAnotherDoes) {
+  const Mesh small = make_tube({.length = 16, .edge = 1, .narrowing = 0.3, .jitter = 0.2});
+  ASSERT_LT(small.points.size(), 768u);
+  Sheet sheet = sheet_of(small);
+  std::mt19937 random(6);
+  for (auto& d : sheet.distances) d.rest_length *= 1 + 0.05 * random_vector(random).x();
+  for (auto& b : sheet.bendings) b.rest_angle += 0.1 * random_vector(random).x();
+  const Sheet ordered = reordered(sheet);
+  Solver solver(sheet);
+  ReferenceSolver reference(ordered);
+  for (int step = 0; step < 10; ++step) {
+    const xpbd::StepOptions options{.iterations = 3, .damping = 0.1};
+    solver.step({}, options);
+    reference.step({}, options);
+  }
+  // Rounding differs (sums' order, arcus tangent), 1e-15 a step, and grows by little in ten.
+  for (std::size_t i = 0; i < small.points.size(); ++i)
+    EXPECT_LT((solver.positions()[i] - reference.positions()[i]).norm(), 1e-11) << i;
+}
+
+TEST(Batches, RespectTheOrderOfTasks) {
+  const Mesh mesh = vessel();
+  for (const bool bend : {false, true}) {
+    Sheet sheet = sheet_of(mesh);
+    if (bend)
+      sheet.distances.clear();
+    else
+      sheet.bendings.clear();
+    std::mt19937 random(6);
+    for (auto& d : sheet.distances) d.rest_length *= 1 + 0.05 * random_vector(random).x();
+    for (auto& b : sheet.bendings) b.rest_angle += 0.05 * random_vector(random).x();
+    Solver solver(sheet);
+    ReferenceSolver reference(reordered(sheet));
+    const auto contacts = cylinder_contacts(mesh.points, mesh.pinned, 2.6, 8);
+    solver.step(contacts, {.iterations = 4});
+    reference.step(contacts, {.iterations = 4});
+    for (std::size_t i = 0; i < mesh.points.size(); ++i)
+      ASSERT_LT((solver.positions()[i] - reference.positions()[i]).norm(), 1e-11) << i;
+  }
+}
+
+TEST(Layout, KeepsTasksOfAPhaseApart) {
+  const Mesh mesh = vessel();
+  const Layout layout = xpbd::make_layout(sheet_of(mesh));
+  EXPECT_GT(layout.within.size(), 3u);
+  for (const auto* phase : {&layout.within, &layout.between}) {
+    std::vector<int> owner(mesh.points.size(), -1);
+    for (std::size_t t = 0; t < phase->size(); ++t) {
+      const auto claim = [&](int v) {
+        EXPECT_TRUE(owner[at(v)] < 0 || owner[at(v)] == static_cast<int>(t));
+        owner[at(v)] = static_cast<int>(t);
+      };
+      const xpbd::Task& task = (*phase)[t];
+      for (std::size_t k = task.first_distance; k < task.last_distance; ++k)
+        for (std::size_t lane = 0; lane < xpbd::kLanes; ++lane) {
+          claim(layout.distances[k].i[lane]);
+          claim(layout.distances[k].j[lane]);
+        }
+      for (std::size_t k = task.first_bending; k < task.last_bending; ++k)
+        for (const auto& corner : layout.bendings[k].vertex)
+          for (int v : corner) claim(v);
+    }
+  }
+}
+
+TEST(Layout, TakesMoreThanSixtyFourConstraintsAtAVertex) {
+  Sheet sheet;
+  for (int i = 0; i <= 300; ++i) {
+    sheet.positions.push_back({std::cos(i), std::sin(i), i == 0 ? 1.0 : 0.0});
+    sheet.inverse_mass.push_back(1);
+    if (i > 0) sheet.distances.push_back({0, i, 1.0, 1.0});
+  }
+  EXPECT_EQ(reordered(sheet).distances.size(), 300u);
+}
+
+std::vector<Vec3> deployed(const Sheet& sheet, const Mesh& mesh, bool relax) {
+  Solver solver(sheet);
+  double relative = 0;
+  for (int step = 0; step < 40; ++step) {
+    const auto contacts = cylinder_contacts(solver.positions(), mesh.pinned, 2.5 + 0.03 * step, 12);
+    if (relax)
+      relative = solver.relax(contacts, {}).balance.relative;
+    else
+      solver.step(contacts, {.iterations = 2, .velocity_limit = 0.1, .adaptive_damping = true});
+    if (!relax) relative = solver.balance(contacts, 1e-3).relative;
+  }
+  std::vector<Vec3> result(solver.positions().begin(), solver.positions().end());
+  result.push_back(Vec3::Constant(relative));
+  return result;
+}
+
+TEST(Threads, GiveTheSameBits) {
+  const Mesh mesh = vessel();
+  const Sheet sheet = sheet_of(mesh);
+  for (const bool relax : {false, true}) {
+    std::vector<Vec3> first;
+    for (int threads : {1, 2, 3, 8}) {
+      tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                static_cast<std::size_t>(threads));
+      tbb::task_arena arena(threads);
+      const auto result = arena.execute([&] { return deployed(sheet, mesh, relax); });
+      if (first.empty()) first = result;
+      EXPECT_EQ(std::memcmp(first.data(), result.data(), first.size() * sizeof(Vec3)), 0)
+          << threads;
+    }
+  }
+}
+
+TEST(InstructionSets, GiveTheSameBits) {
+  const xpbd::Kernels* wide = xpbd::avx2_kernels();
+  if (!wide) GTEST_SKIP() << "this machine has no AVX2";
+  const xpbd::Kernels& narrow = xpbd::baseline_kernels();
+  const Mesh mesh = vessel();
+  Layout a = xpbd::make_layout(sheet_of(mesh));
+  std::mt19937 random(9);
+  std::vector<xpbd::Slot> places(mesh.points.size()), force_a(places.size()),
+      force_b(places.size());
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const Vec3 p = mesh.points[at(a.original[k])] + 0.1 * random_vector(random);
+    places[k] = {p.x(), p.y(), p.z(), 0.3};
+  }
+  Layout b = a;
+  std::vector<xpbd::Slot> others = places;
+  for (const bool backward : {false, true}) {
+    narrow.project_distances(a.distances, places.data(), backward);
+    narrow.project_bendings(a.bendings, places.data(), backward);
+    wide->project_distances(b.distances, others.data(), backward);
+    wide->project_bendings(b.bendings, others.data(), backward);
+  }
+  EXPECT_EQ(std::memcmp(places.data(), others.data(), places.size() * sizeof(xpbd::Slot)), 0);
+  const auto fold_a = narrow.elastic_bending_forces(a.bendings, places.data(), force_a.data());
+  const auto fold_b = wide->elastic_bending_forces(b.bendings, others.data(), force_b.data());
+  EXPECT_EQ(fold_a.energy, fold_b.energy);
+  const auto stretch_a = narrow.elastic_distance_forces(a.distances, places.data(), force_a.data());
+  const auto stretch_b = wide->elastic_distance_forces(b.distances, others.data(), force_b.data());
+  EXPECT_EQ(stretch_a.energy, stretch_b.energy);
+  EXPECT_EQ(std::memcmp(force_a.data(), force_b.data(), force_a.size() * sizeof(xpbd::Slot)), 0);
+}
+
+TEST(Balance, AgreesWithTheGradientOfTheEnergy) {
+  // Central differences of the energy at a few vertices.
+  const Mesh mesh = make_tube({.length = 16, .edge = 1, .jitter = 0.2});
+  Sheet sheet = sheet_of(mesh);
+  for (double& w : sheet.inverse_mass) w = 0;
+  std::mt19937 random(11);
+  auto places = mesh.points;
+  for (Vec3& p : places) p += 0.05 * random_vector(random);
+  for (std::size_t vertex : {40u, 77u, 150u}) {
+    sheet.inverse_mass[vertex] = 1;
+    Solver solver(sheet);
+    Vec3 force;
+    for (int axis = 0; axis < 3; ++axis) {
+      double energy[2];
+      for (int side : {0, 1}) {
+        auto moved = places;
+        moved[vertex][axis] += side == 0 ? -1e-5 : 1e-5;
+        solver.set_positions(moved);
+        energy[side] = solver.balance({}, 0).energy;
+      }
+      force[axis] = -(energy[1] - energy[0]) / 2e-5;
+    }
+    solver.set_positions(places);
+    const auto balance = solver.balance({}, 0);
+    EXPECT_NEAR(balance.residual_max, force.norm(), 1e-7 * (1 + force.norm()));
+    EXPECT_EQ(balance.worst_vertex, static_cast<int>(vertex));
+    // A contact against the force takes it; one along it does not.
+    const std::vector<xpbd::Contact> against{{static_cast<int>(vertex), -force.normalized(),
+                                              -force.normalized().dot(places[vertex]), 0}};
+    const auto held = solver.balance(against, 1e-9);
+    EXPECT_LT(held.residual_max, 1e-6 * (1 + force.norm()));
+    EXPECT_NEAR(held.contact_force_sum, force.norm(), 1e-6 * (1 + force.norm()));
+    const std::vector<xpbd::Contact> along{
+        {static_cast<int>(vertex), force.normalized(), force.normalized().dot(places[vertex]), 0}};
+    EXPECT_EQ(solver.balance(along, 1e-9).in_contact, 0);
+    sheet.inverse_mass[vertex] = 0;
+  }
+}
+
+}  // namespace
+}  // namespace vstent::tests

@@ -1,0 +1,175 @@
+#include "vessels/sections.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <unordered_map>
+
+namespace vstent::vessels {
+namespace {
+
+using PlanePoint = Eigen::Vector2d;
+
+/// A cut through a mesh edge, named by the edge so that neighbouring triangles agree on it.
+struct EdgeCut {
+  std::uint64_t edge;
+  Vec3 point;
+};
+
+std::uint64_t edge_key(int a, int b) {
+  const auto [low, high] = std::minmax(a, b);
+  return (static_cast<std::uint64_t>(low) << 32) | static_cast<std::uint32_t>(high);
+}
+
+double signed_area(const std::vector<PlanePoint>& outline) {
+  double sum = 0;
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const PlanePoint& p = outline[i];
+    const PlanePoint& q = outline[(i + 1) % outline.size()];
+    sum += p.x() * q.y() - p.y() * q.x();
+  }
+  return 0.5 * sum;
+}
+
+bool winds_around_origin(const std::vector<PlanePoint>& outline) {
+  bool inside = false;
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const PlanePoint& p = outline[i];
+    const PlanePoint& q = outline[(i + 1) % outline.size()];
+    if ((p.y() > 0) != (q.y() > 0) && p.x() - p.y() * (q.x() - p.x()) / (q.y() - p.y()) > 0) inside = !inside;
+  }
+  return inside;
+}
+
+PlanePoint area_centroid(const std::vector<PlanePoint>& outline, double area) {
+  PlanePoint sum = PlanePoint::Zero();
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const PlanePoint& p = outline[i];
+    const PlanePoint& q = outline[(i + 1) % outline.size()];
+    sum += (p + q) * (p.x() * q.y() - p.y() * q.x());
+  }
+  return sum / (6 * area);
+}
+
+/// Distance from `from` to the farthest crossing of the outline along `direction`.
+double ray_reach(const std::vector<PlanePoint>& outline, const PlanePoint& from, const PlanePoint& direction) {
+  double reach = 0;
+  const PlanePoint normal(-direction.y(), direction.x());
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const PlanePoint p = outline[i] - from;
+    const PlanePoint q = outline[(i + 1) % outline.size()] - from;
+    const double dp = p.dot(normal);
+    const double dq = q.dot(normal);
+    if ((dp > 0) == (dq > 0)) continue;
+    const PlanePoint crossing = p + (q - p) * (dp / (dp - dq));
+    reach = std::max(reach, crossing.dot(direction));
+  }
+  return reach;
+}
+
+Section measure(const std::vector<Vec3>& points, const std::vector<PlanePoint>& outline, const Vec3& origin,
+                const Vec3& u, const Vec3& v) {
+  Section section;
+  section.outline = points;
+  const double area = signed_area(outline);
+  section.area = std::abs(area);
+  const PlanePoint centroid = area_centroid(outline, area);
+  section.centroid = origin + centroid.x() * u + centroid.y() * v;
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    section.perimeter += (outline[(i + 1) % outline.size()] - outline[i]).norm();
+  }
+  section.equivalent_diameter = std::sqrt(4 * section.area / std::numbers::pi);
+  constexpr int kDirections = 90;  // every 2 degrees: a chord is at most 1 - cos(1 deg) = 0.015 % off its extreme
+  section.min_diameter = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < kDirections; ++k) {
+    const double angle = std::numbers::pi * k / kDirections;
+    const PlanePoint direction(std::cos(angle), std::sin(angle));
+    const double chord = ray_reach(outline, centroid, direction) + ray_reach(outline, centroid, -direction);
+    section.min_diameter = std::min(section.min_diameter, chord);
+    section.max_diameter = std::max(section.max_diameter, chord);
+  }
+  return section;
+}
+
+std::vector<Box> triangle_boxes(const TriangleMesh& mesh) {
+  std::vector<Box> boxes(mesh.triangles.size());
+  for (std::size_t t = 0; t < boxes.size(); ++t) {
+    for (const int vertex : mesh.triangles[t]) boxes[t].include(mesh.points[static_cast<std::size_t>(vertex)]);
+  }
+  return boxes;
+}
+
+}  // namespace
+
+Sectioner::Sectioner(const TriangleMesh& mesh) : mesh_(mesh), tree_(triangle_boxes(mesh)) {}
+
+std::optional<Section> Sectioner::cut(const Vec3& centre, const Vec3& normal, double reach) const {
+  const Vec3 axis = normal.normalized();
+  int smallest = 0;
+  axis.cwiseAbs().minCoeff(&smallest);
+  const Vec3 u = axis.cross(Vec3::Unit(smallest)).normalized();
+  const Vec3 v = axis.cross(u);
+
+  // Each cut triangle joins two cut edges, from the one where its oriented boundary goes below the plane to the other,
+  // so that every outline is a cycle of the map `next`.
+  std::unordered_map<std::uint64_t, EdgeCut> next;
+  std::vector<std::uint64_t> starts;
+  std::unordered_map<std::uint64_t, Vec3> position;
+  Box box;
+  box.include(centre);
+  box.pad(reach);
+  tree_.overlapping(box, [&](int t) {
+    const Triangle& triangle = mesh_.triangles[static_cast<std::size_t>(t)];
+    double height[3];
+    for (int k = 0; k < 3; ++k) {
+      height[k] = (mesh_.points[static_cast<std::size_t>(triangle[static_cast<std::size_t>(k)])] - centre).dot(axis);
+    }
+    std::optional<EdgeCut> down;
+    std::optional<EdgeCut> up;
+    for (int k = 0; k < 3; ++k) {
+      const int l = (k + 1) % 3;
+      if ((height[k] >= 0) == (height[l] >= 0)) continue;
+      const int a = triangle[static_cast<std::size_t>(k)];
+      const int b = triangle[static_cast<std::size_t>(l)];
+      const Vec3& p = mesh_.points[static_cast<std::size_t>(a)];
+      const Vec3& q = mesh_.points[static_cast<std::size_t>(b)];
+      const EdgeCut cut{edge_key(a, b), p + (q - p) * (height[k] / (height[k] - height[l]))};
+      (height[k] >= 0 ? down : up) = cut;
+    }
+    if (!down || !up) return;
+    if (next.emplace(down->edge, *up).second) starts.push_back(down->edge);
+    position.emplace(down->edge, down->point);
+  });
+
+  std::sort(starts.begin(), starts.end());
+  std::unordered_map<std::uint64_t, bool> seen;
+  std::optional<Section> best;
+  for (const std::uint64_t start : starts) {
+    if (seen[start]) continue;
+    std::vector<Vec3> points;
+    std::uint64_t edge = start;
+    bool closed = false;
+    while (true) {
+      const auto link = next.find(edge);
+      if (link == next.end() || seen[edge]) break;
+      seen[edge] = true;
+      points.push_back(position.at(edge));
+      edge = link->second.edge;
+      if (edge == start) {
+        closed = true;
+        break;
+      }
+    }
+    if (!closed || points.size() < 3) continue;
+    std::vector<PlanePoint> outline;
+    outline.reserve(points.size());
+    for (const Vec3& p : points) outline.emplace_back((p - centre).dot(u), (p - centre).dot(v));
+    if (!winds_around_origin(outline) || std::abs(signed_area(outline)) <= 0) continue;
+    if (best && std::abs(signed_area(outline)) >= best->area) continue;
+    best = measure(points, outline, centre, u, v);
+  }
+  return best;
+}
+
+}  // namespace vstent::vessels

@@ -1,0 +1,29 @@
+#include "vessels/text.hpp"
+
+#include <cstdio>
+
+namespace vstent::vessels {
+
+std::string number(double value) {
+  char buffer[40];
+  std::snprintf(buffer, sizeof buffer, "%.6g", value);
+  for (char& c : buffer) {
+    if (c == '\0') break;
+    if (c == ',') c = '.';  // the decimal point does not depend on the locale
+  }
+  return buffer;
+}
+
+std::string place(const Vec3& point) {
+  std::string text = "(";
+  text += number(point.x()) + ", ";
+  text += number(point.y()) + ", ";
+  text += number(point.z()) + ")";
+  return text;
+}
+
+std::string counted(std::size_t count, const std::string& noun) {
+  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
+}  // namespace vstent::vessels

@@ -1,0 +1,14 @@
+// Numbers and places as messages print them.
+#pragma once
+
+#include <string>
+
+#include "sdf/geometry.hpp"
+
+namespace vstent::vessels {
+
+std::string number(double value);                                 ///< six significant digits
+std::string place(const Vec3& point);                             ///< "(1, 2.5, 3)"
+std::string counted(std::size_t count, const std::string& noun);  ///< "1 triangle", "3 triangles"
+
+}  // namespace vstent::vessels

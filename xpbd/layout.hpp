@@ -1,0 +1,32 @@
+// Puts a sheet in the order in which the solver runs over it: near vertices together, constraints
+// in batches.
+#pragma once
+
+#include <vector>
+
+#include "xpbd/batches.hpp"
+#include "xpbd/sheet.hpp"
+
+namespace vstent::xpbd {
+
+/// Batches of one task: ranges of Layout's arrays.
+struct Task {
+  std::size_t first_distance = 0, last_distance = 0;
+  std::size_t first_bending = 0, last_bending = 0;
+};
+
+/// Vertices are numbered by breadth-first levels, which every constraint spans by at most one, and
+/// cut into blocks of two levels or more. Constraints within a block make one task, those between a
+/// block and the next another: no two tasks of the same phase share a vertex, so that a phase's
+/// tasks run side by side and give the same bits in any order.
+struct Layout {
+  std::vector<int> original;  ///< vertex number in the sheet, by number here
+  std::vector<int> number;    ///< the inverse
+  std::vector<DistanceBatch> distances;
+  std::vector<BendingBatch> bendings;
+  std::vector<Task> within, between;  ///< the two phases
+};
+
+Layout make_layout(const Sheet& sheet);
+
+}  // namespace vstent::xpbd

@@ -1,0 +1,154 @@
+#include "xpbd/sheet.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+namespace vstent::xpbd {
+namespace {
+
+/// One side of an edge: the triangle's far corner, and whether the triangle runs low -> high along
+/// the edge.
+struct Side {
+  std::uint64_t edge;  // low vertex in the upper half, high vertex in the lower
+  int wing;
+  bool ascending;
+  bool sliver;
+  double area;
+};
+
+/// An edge of the mesh with the (one or more) triangles on it.
+struct MeshEdge {
+  int low, high;
+  std::span<const Side> sides;
+};
+
+// A needle's short edge and the hinges beside it would be thousands of times stiffer than the rest
+// of the mesh and hold up the whole sheet for a place of a few microns. Area weights therefore stop
+// at these shapes; triangles that a mesher would call acceptable (height over a quarter of the
+// edge, edges within a factor 3) are not touched.
+constexpr double kStiffestAspect = 10;   // (A1 + A2) / l^2; 0.87 for two equilateral triangles
+constexpr double kFlattestHinge = 0.25;  // height / l of the flatter of the two triangles
+// A triangle of less height over its longest edge has no angle worth holding: a micron's motion
+// would swing it.
+constexpr double kSliver = 0.1;
+
+std::vector<Side> sorted_sides(std::span<const Vec3> points, std::span<const Triangle> triangles) {
+  std::vector<Side> sides;
+  sides.reserve(3 * triangles.size());
+  for (const Triangle& t : triangles) {
+    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
+    const auto corner_at = [&](std::size_t k) { return points[static_cast<std::size_t>(t[k])]; };
+    const Vec3 ab = corner_at(1) - corner_at(0), ac = corner_at(2) - corner_at(0);
+    const double area = 0.5 * ab.cross(ac).norm();
+    const double longest = std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
+    const bool sliver = !(2 * area > kSliver * longest);
+    for (int k = 0; k < 3; ++k) {
+      const auto corner = static_cast<std::size_t>(k);
+      const int from = t[corner], to = t[(corner + 1) % 3];
+      const auto low = static_cast<std::uint64_t>(std::min(from, to));
+      const auto high = static_cast<std::uint64_t>(std::max(from, to));
+      sides.push_back({low << 32 | high, t[(corner + 2) % 3], from < to, sliver, area});
+    }
+  }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return a.edge != b.edge ? a.edge < b.edge : a.wing < b.wing;
+  });
+  return sides;
+}
+
+bool has_hinge(const MeshEdge& edge) {
+  return edge.sides.size() == 2 && edge.sides[0].wing != edge.sides[1].wing &&
+         !edge.sides[0].sliver && !edge.sides[1].sliver;
+}
+
+/// `stiffness_of(total area, smaller area, squared length)` gives {distance, bending}.
+template <class StiffnessOf>
+Sheet build(std::span<const Vec3> points, std::span<const Triangle> triangles,
+            std::span<const char> pinned, const StiffnessOf& stiffness_of) {
+  assert(pinned.empty() || pinned.size() == points.size());
+  Sheet sheet;
+  sheet.positions.assign(points.begin(), points.end());
+  sheet.inverse_mass.assign(points.size(), 1.0);
+  for (std::size_t i = 0; i < pinned.size(); ++i)
+    if (pinned[i]) sheet.inverse_mass[i] = 0;
+
+  const std::vector<Side> sides = sorted_sides(points, triangles);
+  sheet.distances.reserve(sides.size() / 2 + 1);
+  sheet.bendings.reserve(sides.size() / 2 + 1);
+  const auto point = [&](int i) -> const Vec3& { return points[static_cast<std::size_t>(i)]; };
+  for (std::size_t first = 0, last = 0; first < sides.size(); first = last) {
+    while (last < sides.size() && sides[last].edge == sides[first].edge) ++last;
+    const MeshEdge edge{static_cast<int>(sides[first].edge >> 32),
+                        static_cast<int>(sides[first].edge & 0xffffffffu),
+                        std::span(sides).subspan(first, last - first)};
+    double area = 0, smaller = edge.sides.front().area;
+    for (const Side& side : edge.sides) {
+      area += side.area;
+      smaller = std::min(smaller, side.area);
+    }
+    const double squared_length = (point(edge.high) - point(edge.low)).squaredNorm();
+    const UniformStiffness stiffness = stiffness_of(area, smaller, squared_length);
+    sheet.distances.push_back({edge.low, edge.high, std::sqrt(squared_length), stiffness.distance});
+    if (!has_hinge(edge)) continue;
+    const std::size_t forward = edge.sides[0].ascending ? 0 : 1;
+    BendingConstraint hinge{
+        edge.low, edge.high,        edge.sides[forward].wing, edge.sides[1 - forward].wing,
+        0,        stiffness.bending};
+    hinge.rest_angle = hinge_angle(point(hinge.edge_a), point(hinge.edge_b), point(hinge.wing_a),
+                                   point(hinge.wing_b));
+    sheet.bendings.push_back(hinge);
+  }
+  return sheet;
+}
+
+}  // namespace
+
+Sheet make_sheet(std::span<const Vec3> points, std::span<const Triangle> triangles,
+                 std::span<const char> pinned, const Membrane& membrane) {
+  const double nu = membrane.poisson_ratio;
+  const double stretching = membrane.youngs_modulus * membrane.thickness;
+  const double bending =
+      stretching * membrane.thickness * membrane.thickness / (12 * (1 - nu * nu));
+  return build(points, triangles, pinned, [&](double area, double smaller, double squared_length) {
+    if (!(squared_length > 0)) return UniformStiffness{stretching * kStiffestAspect, 0};
+    const double aspect = std::min(area / squared_length, kStiffestAspect);
+    if (!(smaller > 0)) return UniformStiffness{stretching * aspect, 0};
+    const double flatness = std::min(1.0, 2 * smaller / squared_length / kFlattestHinge);
+    return UniformStiffness{stretching * aspect,
+                            bending * flatness * flatness * squared_length / area};
+  });
+}
+
+Sheet make_sheet(std::span<const Vec3> points, std::span<const Triangle> triangles,
+                 std::span<const char> pinned, const UniformStiffness& stiffness) {
+  return build(points, triangles, pinned, [&](double, double, double) { return stiffness; });
+}
+
+double hinge_angle(const Vec3& edge_a, const Vec3& edge_b, const Vec3& wing_a, const Vec3& wing_b,
+                   std::array<Vec3, 4>* gradient) {
+  const Vec3 edge = edge_b - edge_a;
+  const Vec3 a = wing_a - edge_a;
+  const Vec3 b = wing_b - edge_a;
+  const Vec3 normal_a = edge.cross(a);
+  const Vec3 normal_b = b.cross(edge);
+  const double length = edge.norm();
+  if (gradient) {
+    gradient->fill(Vec3::Zero());
+    const double squared_a = normal_a.squaredNorm(), squared_b = normal_b.squaredNorm();
+    if (squared_a > 0 && squared_b > 0) {
+      const Vec3 at_wing_a = -length / squared_a * normal_a;
+      const Vec3 at_wing_b = -length / squared_b * normal_b;
+      const double along_a = a.dot(edge) / (length * length);
+      const double along_b = b.dot(edge) / (length * length);
+      *gradient = {-(1 - along_a) * at_wing_a - (1 - along_b) * at_wing_b,
+                   -along_a * at_wing_a - along_b * at_wing_b, at_wing_a, at_wing_b};
+    }
+  }
+  return std::atan2(0.0 - length * normal_a.dot(b), normal_a.dot(normal_b));
+}
+
+}  // namespace vstent::xpbd

@@ -1,0 +1,582 @@
+#include "xpbd/solver.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+#include "xpbd/kernels.hpp"
+#include "xpbd/layout.hpp"
+
+namespace vstent::xpbd {
+namespace {
+
+// Particles per task in loops over particles; fixed, so that partial sums are the same for any
+// number of threads.
+constexpr std::size_t kChunk = 1024;
+// Iterations of relax between looks at how stiff each particle's surroundings have become.
+constexpr int kWeighEvery = 50;
+
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
+
+Vec3 place(const Slot& s) { return {s.x, s.y, s.z}; }
+
+void put(Slot& s, const Vec3& place) {
+  s.x = place.x();
+  s.y = place.y();
+  s.z = place.z();
+}
+
+template <class Run>
+void side_by_side(std::size_t tasks, const Run& run) {
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, tasks),
+      [&](const tbb::blocked_range<std::size_t>& range) {
+        for (std::size_t k = range.begin(); k < range.end(); ++k) run(k);
+      },
+      tbb::static_partitioner());
+}
+
+/// Things that belong to one particle each (contacts, attachments), grouped by particle.
+template <class Item>
+struct Grouped {
+  std::vector<int> first;  ///< by particle, and the total at the end
+  std::vector<Item> items;
+
+  std::span<Item> of(std::size_t particle) {
+    return std::span(items).subspan(at(first[particle]), at(first[particle + 1] - first[particle]));
+  }
+  std::span<const Item> of(std::size_t particle) const {
+    return std::span(items).subspan(at(first[particle]), at(first[particle + 1] - first[particle]));
+  }
+};
+
+template <class Item, class Source, class Make>
+void group(Grouped<Item>& grouped, std::span<const Source> sources, const std::vector<int>& number,
+           const Make& make) {
+  grouped.first.assign(number.size() + 1, 0);
+  for (const Source& s : sources) ++grouped.first[at(number[at(s.vertex)]) + 1];
+  for (std::size_t k = 0; k < number.size(); ++k) grouped.first[k + 1] += grouped.first[k];
+  grouped.items.resize(sources.size());
+  for (std::size_t k = sources.size(); k-- > 0;) {  // from the back: starts end where they began
+    const std::size_t particle = at(number[at(sources[k].vertex)]);
+    grouped.items[at(--grouped.first[particle + 1])] = make(sources[k]);
+  }
+  // Every start has moved down to where its group begins, one place late.
+  for (std::size_t k = 0; k < number.size(); ++k) grouped.first[k] = grouped.first[k + 1];
+  grouped.first.back() = static_cast<int>(sources.size());
+}
+
+struct ClosableContact {
+  Vec3 normal;
+  double offset;  // from the solver's own origin
+  double compliance;
+  double force;  // N, never negative
+};
+
+struct Attachment {
+  Vec3 target;
+  double compliance;
+  double force;
+};
+
+}  // namespace
+
+struct Solver::Implementation {
+  Layout layout;
+  const Kernels& kernel = kernels();
+  Vec3 origin;
+  std::vector<Slot>
+      particles;  // in the layout's order, about `origin`; mobility as of the last step
+  std::vector<double> inverse_mass;
+  std::vector<Vec3> before;      // places at the start of the step
+  std::vector<Vec3> drift;       // moved by inertia, mm
+  std::vector<Vec3> load;        // constant forces; empty: none
+  std::vector<double> reaction;  // kept contact force, N
+  std::vector<Vec3> positions;   // in the sheet's order
+  std::vector<Vec3> velocities;  // in the sheet's order
+  std::vector<Slot> forces;      // scratch
+  Grouped<ClosableContact> contacts;
+  Grouped<Attachment> attachments;
+  bool backward = false;
+  double steps_since_rest = 0;
+  bool relaxing = false;
+  std::vector<double> softness;  // mm/N, the relaxation's step per force
+  int iterations_since_weighing = 0;
+
+  explicit Implementation(const Sheet& sheet)
+      : layout(make_layout(sheet)),
+        origin(Vec3::Zero()),
+        particles(sheet.positions.size()),
+        inverse_mass(sheet.positions.size()),
+        before(sheet.positions.size(), Vec3::Zero()),
+        drift(sheet.positions.size(), Vec3::Zero()),
+        reaction(sheet.positions.size(), 0.0),
+        positions(sheet.positions),
+        velocities(sheet.positions.size(), Vec3::Zero()),
+        forces(sheet.positions.size()) {
+    assert(sheet.inverse_mass.size() == sheet.positions.size());
+    assert(sheet.forces.empty() || sheet.forces.size() == sheet.positions.size());
+    for (const Vec3& p : positions) origin += p / static_cast<double>(positions.size());
+    for (std::size_t k = 0; k < particles.size(); ++k) {
+      const std::size_t vertex = at(layout.original[k]);
+      put(particles[k], positions[vertex] - origin);
+      inverse_mass[k] = sheet.inverse_mass[vertex];
+    }
+    if (!sheet.forces.empty())
+      for (int vertex : layout.original) load.push_back(sheet.forces[at(vertex)]);
+    group(attachments, std::span(sheet.attachments), layout.number,
+          [&](const AttachmentConstraint& a) {
+            assert(a.stiffness > 0);
+            return Attachment{a.target - origin, 1 / a.stiffness, 0};
+          });
+    group_contacts({}, contacts);
+  }
+
+  std::size_t chunks() const { return (particles.size() + kChunk - 1) / kChunk; }
+
+  template <class Run>
+  static void for_chunk(std::size_t chunk, std::size_t count, const Run& run) {
+    for (std::size_t k = chunk * kChunk; k < std::min(count, (chunk + 1) * kChunk); ++k) run(k);
+  }
+
+  void group_contacts(std::span<const Contact> from, Grouped<ClosableContact>& to) const {
+    group(to, from, layout.number, [&](const Contact& c) {
+      return ClosableContact{c.normal, c.offset - c.normal.dot(origin),
+                             c.stiffness > 0 ? 1 / c.stiffness : 0, 0};
+    });
+  }
+
+  void forget_multipliers() {
+    for (DistanceBatch& batch : layout.distances) batch.force.fill(0);
+    for (BendingBatch& batch : layout.bendings) batch.force.fill(0);
+    for (Attachment& a : attachments.items) a.force = 0;
+    std::fill(reaction.begin(), reaction.end(), 0.0);
+  }
+
+  void rest() {
+    forget_multipliers();
+    std::fill(velocities.begin(), velocities.end(), Vec3::Zero());
+    steps_since_rest = 0;
+  }
+
+  std::span<DistanceBatch> distances(const Task& t) {
+    return std::span(layout.distances)
+        .subspan(t.first_distance, t.last_distance - t.first_distance);
+  }
+  std::span<const DistanceBatch> distances(const Task& t) const {
+    return std::span(layout.distances)
+        .subspan(t.first_distance, t.last_distance - t.first_distance);
+  }
+  std::span<BendingBatch> bendings(const Task& t) {
+    return std::span(layout.bendings).subspan(t.first_bending, t.last_bending - t.first_bending);
+  }
+  std::span<const BendingBatch> bendings(const Task& t) const {
+    return std::span(layout.bendings).subspan(t.first_bending, t.last_bending - t.first_bending);
+  }
+
+  /// The kept multipliers' forces along the present gradients, into `forces`.
+  void turn_kept_forces() {
+    side_by_side(chunks(), [&](std::size_t chunk) {
+      for_chunk(chunk, forces.size(), [&](std::size_t k) {
+        Vec3 force = Vec3::Zero();
+        for (const Attachment& a : attachments.of(k)) {
+          const Vec3 offset = place(particles[k]) - a.target;
+          if (const double length = offset.norm(); length > 0) force += a.force / length * offset;
+        }
+        forces[k] = {force.x(), force.y(), force.z(), 0};
+      });
+    });
+    for (const auto* phase : {&layout.within, &layout.between})
+      side_by_side(phase->size(), [&](std::size_t k) {
+        const Task& task = (*phase)[k];
+        kernel.kept_distance_forces(distances(task), particles.data(), forces.data());
+        kernel.kept_bending_forces(bendings(task), particles.data(), forces.data());
+      });
+  }
+
+  /// Moves particle k by inertia, loads and kept multipliers; true where the velocity limit held it
+  /// back.
+  bool predict(std::size_t k, double retained, const StepOptions& options) {
+    Slot& particle = particles[k];
+    const double dt = options.time_step;
+    const double mobility = dt * dt * inverse_mass[k];
+    particle.mobility = mobility;
+    before[k] = place(particle);
+    drift[k].setZero();
+    if (!(mobility > 0)) return false;
+    bool clamped = false;
+    drift[k] = dt * retained * velocities[at(layout.original[k])];
+    if (const double travel = drift[k].norm();
+        options.velocity_limit > 0 && travel > options.velocity_limit) {
+      drift[k] *= options.velocity_limit / travel;
+      clamped = true;
+    }
+    Vec3 pushed = Vec3::Zero();
+    if (options.keep_multipliers) pushed = mobility * place(forces[k]);
+    if (!load.empty()) pushed += mobility * load[k];
+    for (ClosableContact& c : contacts.of(k)) {
+      c.force = std::exchange(reaction[k], 0.0);
+      pushed += mobility * c.force * c.normal;
+    }
+    // Near balance the pushes cancel; a hinge that has just collapsed turns a small moment into a
+    // huge one.
+    if (const double travel = pushed.norm();
+        options.velocity_limit > 0 && travel > options.velocity_limit)
+      pushed *= options.velocity_limit / travel;
+    put(particle, before[k] + drift[k] + pushed);
+    return clamped;
+  }
+
+  void sweep_batches() {
+    const auto run = [&](const std::vector<Task>& phase) {
+      side_by_side(phase.size(), [&](std::size_t k) {
+        if (!backward) kernel.project_distances(distances(phase[k]), particles.data(), false);
+        kernel.project_bendings(bendings(phase[k]), particles.data(), backward);
+        if (backward) kernel.project_distances(distances(phase[k]), particles.data(), true);
+      });
+    };
+    run(backward ? layout.between : layout.within);
+    run(backward ? layout.within : layout.between);
+    backward = !backward;
+  }
+
+  /// Attachments and contacts of one particle; contacts last, so that nothing penetrates.
+  void project_particle(std::size_t k) {
+    Slot& particle = particles[k];
+    const double mobility = particle.mobility;
+    if (!(mobility > 0)) return;
+    Vec3 x = place(particle);
+    for (Attachment& a : attachments.of(k)) {
+      const Vec3 offset = x - a.target;
+      const double length = offset.norm();
+      if (!(length > 0)) continue;
+      const double change = -(length + a.compliance * a.force) / (a.compliance + mobility);
+      a.force += change;
+      x += mobility * change / length * offset;
+    }
+    for (ClosableContact& c : contacts.of(k)) {
+      const double gap = c.normal.dot(x) - c.offset;
+      const double change =
+          std::max(-c.force, -(gap + c.compliance * c.force) / (c.compliance + mobility));
+      c.force += change;
+      x += mobility * change * c.normal;
+    }
+    put(particle, x);
+  }
+
+  struct Finish {
+    double largest_move = 0;
+    double power = 0;
+  };
+
+  void finish(std::size_t k, double dt, Finish& sums) {
+    const Slot& particle = particles[k];
+    const std::size_t vertex = at(layout.original[k]);
+    const Vec3 x = place(particle);
+    const Vec3 move = x - before[k];
+    Vec3 velocity = move / dt;
+    if (particle.mobility > 0) {
+      sums.power += move.dot(move - drift[k]) / particle.mobility;
+      for (const ClosableContact& c : contacts.of(k)) {
+        if (!(c.force > 0)) continue;
+        reaction[k] += c.force;
+        // A push is not a kick: what a closed contact moves comes to rest on it.
+        velocity -= std::max(0.0, velocity.dot(c.normal)) * c.normal;
+      }
+    }
+    sums.largest_move = std::max(sums.largest_move, move.norm());
+    velocities[vertex] = velocity;
+    positions[vertex] = x + origin;
+  }
+
+  StepReport step(std::span<const Contact> new_contacts, const StepOptions& options) {
+    assert(options.time_step > 0 && options.iterations > 0);
+    group_contacts(new_contacts, contacts);
+    if (std::exchange(relaxing, false)) rest();
+    if (!options.keep_multipliers) forget_multipliers();
+    if (options.keep_multipliers) turn_kept_forces();
+
+    const double retained =
+        options.adaptive_damping ? steps_since_rest / (steps_since_rest + 3) : 1 - options.damping;
+    std::vector<int> clamped(chunks(), 0);
+    side_by_side(chunks(), [&](std::size_t chunk) {
+      for_chunk(chunk, particles.size(),
+                [&](std::size_t k) { clamped[chunk] += predict(k, retained, options); });
+    });
+    std::vector<Finish> sums(chunks());
+    for (int sweep = 1; sweep <= options.iterations; ++sweep) {
+      sweep_batches();
+      side_by_side(chunks(), [&](std::size_t chunk) {
+        for_chunk(chunk, particles.size(), [&](std::size_t k) {
+          project_particle(k);
+          if (sweep == options.iterations) finish(k, options.time_step, sums[chunk]);
+        });
+      });
+    }
+
+    StepReport report;
+    double power = 0;
+    for (std::size_t chunk = 0; chunk < chunks(); ++chunk) {
+      report.clamped_vertices += clamped[chunk];
+      report.largest_move = std::max(report.largest_move, sums[chunk].largest_move);
+      power += sums[chunk].power;
+    }
+    steps_since_rest = power < 0 ? 0 : steps_since_rest + 1;
+    return report;
+  }
+
+  /// Elastic forces and loads at the present places, by particle.
+  Tally elastic_forces(std::vector<Slot>& to) const {
+    to.assign(particles.size(), Slot{});
+    Tally total;
+    const auto add = [&](const Tally& t) {
+      total.energy += t.energy;
+      total.carried_squares += t.carried_squares;
+      total.carried += t.carried;
+    };
+    std::vector<Tally> partial(chunks());
+    side_by_side(chunks(), [&](std::size_t chunk) {
+      for_chunk(chunk, particles.size(), [&](std::size_t k) {
+        Vec3 force = load.empty() ? Vec3::Zero() : load[k];
+        for (const Attachment& a : attachments.of(k)) {
+          const Vec3 offset = place(particles[k]) - a.target;
+          force -= offset / a.compliance;
+          partial[chunk].energy += 0.5 * offset.squaredNorm() / a.compliance;
+          partial[chunk].carried_squares += offset.squaredNorm() / (a.compliance * a.compliance);
+          partial[chunk].carried += 1;
+        }
+        put(to[k], force);
+      });
+    });
+    for (const Tally& t : partial) add(t);
+    for (const auto* phase : {&layout.within, &layout.between}) {
+      partial.assign(2 * phase->size(), Tally{});
+      side_by_side(phase->size(), [&](std::size_t k) {
+        const Task& task = (*phase)[k];
+        partial[2 * k] =
+            kernel.elastic_distance_forces(distances(task), particles.data(), to.data());
+        partial[2 * k + 1] =
+            kernel.elastic_bending_forces(bendings(task), particles.data(), to.data());
+      });
+      for (const Tally& t : partial) add(t);
+    }
+    return total;
+  }
+
+  struct Weighing {
+    double squares = 0, largest = 0, contact_sum = 0;
+    int free = 0, in_contact = 0, worst = -1;
+  };
+
+  /// Adds what is unbalanced at particle k under `force` and what its closed contacts give back.
+  void weigh(std::size_t k, Vec3 force, std::span<const ClosableContact> at_k, double tolerance,
+             Weighing& sums) const {
+    if (!(inverse_mass[k] > 0)) return;
+    for (const ClosableContact& c : at_k) {
+      const double gap = c.normal.dot(place(particles[k])) - c.offset;
+      if (gap > tolerance) continue;
+      // A rigid contact gives what is asked of it; a soft one what its penetration makes.
+      const double push = c.compliance > 0 ? -gap / c.compliance : -force.dot(c.normal);
+      if (!(push > 0)) continue;
+      force += push * c.normal;
+      sums.contact_sum += push;
+      ++sums.in_contact;
+    }
+    const double square = force.squaredNorm();
+    sums.squares += square;
+    ++sums.free;
+    if (square > sums.largest) {
+      sums.largest = square;
+      sums.worst = layout.original[k];
+    }
+  }
+
+  static ForceBalance conclude(const Tally& tally, std::span<const Weighing> parts) {
+    Weighing all;
+    for (const Weighing& part : parts) {
+      all.squares += part.squares;
+      all.contact_sum += part.contact_sum;
+      all.free += part.free;
+      all.in_contact += part.in_contact;
+      if (part.largest > all.largest) {
+        all.largest = part.largest;
+        all.worst = part.worst;
+      }
+    }
+    ForceBalance balance;
+    balance.energy = tally.energy;
+    balance.contact_force_sum = all.contact_sum;
+    balance.in_contact = all.in_contact;
+    balance.worst_vertex = all.worst;
+    balance.residual_max = std::sqrt(all.largest);
+    if (all.free > 0) balance.residual_rms = std::sqrt(all.squares / all.free);
+    if (all.in_contact > 0) balance.contact_force_mean = all.contact_sum / all.in_contact;
+    const double carried = tally.carried > 0 ? std::sqrt(tally.carried_squares / tally.carried) : 0;
+    const double scale = all.in_contact > 0 ? balance.contact_force_mean : carried;
+    balance.relative = scale > 0 ? balance.residual_rms / scale : 0;
+    return balance;
+  }
+
+  ForceBalance balance(std::span<const Contact> at_contacts, double tolerance) const {
+    std::vector<Slot> unbalanced;
+    const Tally tally = elastic_forces(unbalanced);
+    Grouped<ClosableContact> grouped;
+    group_contacts(at_contacts, grouped);
+    std::vector<Weighing> parts(chunks());
+    side_by_side(chunks(), [&](std::size_t chunk) {
+      for_chunk(chunk, particles.size(), [&](std::size_t k) {
+        weigh(k, place(unbalanced[k]), std::as_const(grouped).of(k), tolerance, parts[chunk]);
+      });
+    });
+    return conclude(tally, parts);
+  }
+
+  RelaxReport relax(std::span<const Contact> new_contacts, const RelaxOptions& options) {
+    group_contacts(new_contacts, contacts);
+    if (!std::exchange(relaxing, true)) {
+      rest();
+      iterations_since_weighing = kWeighEvery;
+    }
+    if (++iterations_since_weighing > kWeighEvery) {
+      measure_softness();
+      iterations_since_weighing = 0;
+    }
+    // Forces are taken where momentum alone would lead: that damps what swings fast and leaves the
+    // slow motion its speed.
+    const double retained = steps_since_rest / (steps_since_rest + 3);
+    side_by_side(chunks(), [&](std::size_t chunk) {
+      for_chunk(chunk, particles.size(), [&](std::size_t k) {
+        Slot& particle = particles[k];
+        particle.mobility = inverse_mass[k] > 0 ? options.step * softness[k] : 0;
+        before[k] = place(particle);
+        drift[k].setZero();
+        if (!(particle.mobility > 0)) return;
+        drift[k] = retained * velocities[at(layout.original[k])];
+        put(particle, before[k] + drift[k]);
+      });
+    });
+    const Tally tally = elastic_forces(forces);
+    std::vector<Weighing> parts(chunks());
+    std::vector<Finish> sums(chunks());
+    side_by_side(chunks(), [&](std::size_t chunk) {
+      for_chunk(chunk, particles.size(), [&](std::size_t k) {
+        weigh(k, place(forces[k]), std::as_const(contacts).of(k), options.contact_tolerance,
+              parts[chunk]);
+        if (Slot& particle = particles[k]; particle.mobility > 0) {
+          Vec3 move = drift[k] + particle.mobility * place(forces[k]);
+          if (const double travel = move.norm();
+              options.largest_move > 0 && travel > options.largest_move)
+            move *= options.largest_move / travel;
+          Vec3 x = before[k] + move;
+          for (ClosableContact& c : contacts.of(k)) {
+            const double gap = c.normal.dot(x) - c.offset;
+            c.force = std::max(0.0, -gap / (c.compliance + particle.mobility));
+            x += particle.mobility * c.force * c.normal;
+          }
+          put(particle, x);
+        }
+        finish(k, 1, sums[chunk]);
+      });
+    });
+    RelaxReport report;
+    report.balance = conclude(tally, parts);
+    double power = 0;
+    for (const Finish& part : sums) {
+      report.largest_move = std::max(report.largest_move, part.largest_move);
+      power += part.power;
+    }
+    steps_since_rest = power < 0 ? 0 : steps_since_rest + 1;
+    return report;
+  }
+
+  /// 1 / (a bound on the row sums of the stiffness matrix at each particle), so that its product
+  /// with that matrix has no eigenvalue above 1.
+  void measure_softness() {
+    std::vector<double> rows(particles.size(), 0.0);
+    const auto x = [&](int k) { return place(particles[at(k)]); };
+    for (const DistanceBatch& batch : layout.distances)
+      for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        if (lane > 0 && batch.i[lane] == batch.i[0]) break;
+        const double length = (x(batch.j[lane]) - x(batch.i[lane])).norm();
+        const double tension = std::abs(length - batch.rest[lane]) / batch.compliance[lane];
+        const double row = 2 * (1 / batch.compliance[lane] + (length > 0 ? tension / length : 0));
+        rows[at(batch.i[lane])] += row;
+        rows[at(batch.j[lane])] += row;
+      }
+    for (const BendingBatch& batch : layout.bendings)
+      for (std::size_t lane = 0; lane < kLanes; ++lane) {
+        if (lane > 0 && batch.vertex[0][lane] == batch.vertex[0][0]) break;
+        std::array<Vec3, 4> gradient;
+        hinge_angle(x(batch.vertex[0][lane]), x(batch.vertex[1][lane]), x(batch.vertex[2][lane]),
+                    x(batch.vertex[3][lane]), &gradient);
+        double total = 0;
+        for (const Vec3& g : gradient) total += g.norm();
+        for (std::size_t v = 0; v < 4; ++v)
+          rows[at(batch.vertex[v][lane])] += gradient[v].norm() * total / batch.compliance[lane];
+      }
+    softness.resize(rows.size());
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      double row = rows[k];
+      for (const Attachment& a : attachments.of(k)) row += 1 / a.compliance;
+      softness[k] = row > 0 ? 1 / row : 0;
+    }
+  }
+};
+
+Solver::Solver(const Sheet& sheet) : implementation_(std::make_unique<Implementation>(sheet)) {}
+Solver::~Solver() = default;
+Solver::Solver(Solver&&) noexcept = default;
+
+StepReport Solver::step(std::span<const Contact> contacts, const StepOptions& options) {
+  return implementation_->step(contacts, options);
+}
+
+RelaxReport Solver::relax(std::span<const Contact> contacts, const RelaxOptions& options) {
+  return implementation_->relax(contacts, options);
+}
+
+std::span<const Vec3> Solver::positions() const { return implementation_->positions; }
+std::span<const Vec3> Solver::velocities() const { return implementation_->velocities; }
+
+void Solver::set_velocities(std::span<const Vec3> velocities) {
+  assert(velocities.size() == implementation_->velocities.size());
+  implementation_->velocities.assign(velocities.begin(), velocities.end());
+}
+
+void Solver::set_positions(std::span<const Vec3> positions) {
+  Implementation& s = *implementation_;
+  assert(positions.size() == s.positions.size());
+  s.positions.assign(positions.begin(), positions.end());
+  for (std::size_t k = 0; k < s.particles.size(); ++k)
+    put(s.particles[k], positions[at(s.layout.original[k])] - s.origin);
+  s.rest();
+}
+
+ForceBalance Solver::balance(std::span<const Contact> contacts, double contact_tolerance) const {
+  return implementation_->balance(contacts, contact_tolerance);
+}
+
+void scale_masses(Sheet& sheet, double time_step, double kappa) {
+  std::vector<double> pull(sheet.positions.size(), 0.0);
+  const auto x = [&](int i) -> const Vec3& { return sheet.positions[at(i)]; };
+  for (const DistanceConstraint& d : sheet.distances) {
+    pull[at(d.i)] += d.stiffness;
+    pull[at(d.j)] += d.stiffness;
+  }
+  for (const BendingConstraint& b : sheet.bendings) {
+    std::array<Vec3, 4> gradient;
+    hinge_angle(x(b.edge_a), x(b.edge_b), x(b.wing_a), x(b.wing_b), &gradient);
+    const std::array<int, 4> vertex{b.edge_a, b.edge_b, b.wing_a, b.wing_b};
+    for (std::size_t k = 0; k < 4; ++k)
+      pull[at(vertex[k])] += b.stiffness * gradient[k].squaredNorm();
+  }
+  for (const AttachmentConstraint& a : sheet.attachments) pull[at(a.vertex)] += a.stiffness;
+  for (std::size_t i = 0; i < pull.size(); ++i)
+    if (sheet.inverse_mass[i] > 0 && pull[i] > 0)
+      sheet.inverse_mass[i] = kappa / (time_step * time_step * pull[i]);
+}
+
+}  // namespace vstent::xpbd
