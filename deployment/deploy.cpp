@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sdf/polyline.hpp"
 #include "stents/axis.hpp"
 #include "vessels/error.hpp"
 #include "vessels/text.hpp"
@@ -17,21 +16,12 @@ using vessels::number;
 // 1e3 g cm^2/s^2 = 1e3 erg is 0.1 N mm.
 constexpr xpbd::UniformStiffness kPaperWall{0.1, 0.1};
 
+/// The stent as a solid, its surface drawn `inset` (mm) inside the outer radius: contact at that distance puts the wall on
+/// the outer surface over the whole length, and rounds its edge just beyond the ends.
 sdf::Solid solid_of(const StentState& state, Shape shape, double inset) {
-  // The level set is drawn `inset` inside the outer surface, all round: contact at that distance puts the wall on it.
   std::vector<double> radii(state.radii);
   for (double& r : radii) r -= inset;
-  Polyline axis = state.axis;
-  const std::size_t last = axis.size() - 1;
-  if (shape != Shape::capsule) {
-    const std::vector<double> arc = arc_lengths(state.axis);
-    axis = resample(state.axis, inset, arc[last] - inset, arc[last] / static_cast<double>(last));
-    const std::vector<double> shortened = arc_lengths(axis);
-    std::vector<double> moved_radii;
-    for (const double s : shortened) moved_radii.push_back(value_at(radii, arc, s + inset));
-    radii = moved_radii;
-  }
-  sdf::Solid solid = sdf::make_tube(axis, radii, shape == Shape::capsule);
+  sdf::Solid solid = sdf::make_tube(state.axis, radii, shape == Shape::capsule);
   if (shape == Shape::paper) solid.joints = sdf::Joints::flat;
   return solid;
 }
@@ -110,18 +100,23 @@ Outcome deploy(const Setup& setup, const Observer& observe) {
   std::vector<Vec3> points;
   for (const int v : region.vertices) points.push_back(setup.surface.mesh.points[static_cast<std::size_t>(v)]);
   xpbd::Sheet wall = make_wall(setup, points);
-  xpbd::StepOptions options;
-  options.iterations = *c.iterations;
-  options.velocity_limit = 0.5 * contact_distance;
-  xpbd::scale_masses(wall, options.time_step, 1.0);
+  const double kappa = 1.0;  // k dt^2/m; with kept multipliers and two sweeps or more this stays stable
+  xpbd::StepOptions growing;
+  growing.iterations = *c.iterations;
+  growing.velocity_limit = 0.5 * contact_distance;
+  growing.adaptive_damping = true;
+  xpbd::scale_masses(wall, growing.time_step, kappa);
+  xpbd::RelaxOptions settling;
+  settling.step = 1.3;
+  settling.largest_move = 0.5 * contact_distance;
+  settling.contact_tolerance = 1e-3 * contact_distance;
   xpbd::Solver solver(wall);
 
   Outcome outcome;
   const int growth = growth_steps(setup);
-  const int settling = *c.max_settling_steps;
   StentState state;
   sdf::LevelSet level_set = sdf::voxelise(solid_of(stent_state(setup, 0), c.shape, contact_distance), voxels);
-  for (int step = 1; step <= growth + settling; ++step) {
+  for (int step = 1; step <= growth + *c.max_settling_steps && !outcome.converged; ++step) {
     StepRecord record;
     record.step = step;
     record.settling = step > growth;
@@ -130,27 +125,28 @@ Outcome deploy(const Setup& setup, const Observer& observe) {
       state = stent_state(setup, record.expansion);
       level_set = sdf::voxelise(solid_of(state, c.shape, contact_distance), voxels);
     }
-    options.damping = record.settling ? 0.05 : 0.2;
     const auto contacts = find_contacts(level_set, solver.positions(), region.pinned, contact_distance, reach, stiffness);
-    const xpbd::StepReport report = solver.step(contacts, options);
+    xpbd::ForceBalance balance;
+    if (record.settling) {
+      for (int i = 0; i < *c.iterations; ++i) {
+        const xpbd::RelaxReport report = solver.relax(contacts, settling);
+        record.largest_move = std::max(record.largest_move, report.largest_move);
+        balance = report.balance;
+      }
+      outcome.converged = balance.relative <= *c.tolerance;
+    } else {
+      record.largest_move = solver.step(contacts, growing).largest_move;
+      balance = solver.balance(contacts, settling.contact_tolerance);
+    }
     require_numbers(solver.positions(), region, step);
-
-    const bool judge = !record.settling || step % 10 == 0 || step == growth + settling;
-    if (!judge) continue;
-    const xpbd::ForceBalance balance = solver.balance(contacts, 1e-3 * contact_distance);
     record.radius = state.radii.front();
     record.straightening = record.expansion * *c.straightening;
     record.contacts = balance.in_contact;
-    record.largest_move = report.largest_move;
     record.residual = balance.relative;
     record.contact_force = balance.contact_force_sum;
     record.energy = balance.energy;
     outcome.history.push_back(record);
     if (observe && !observe(record, solver.positions())) throw Error(ExitCode::interrupted, "stopped on request");
-    if (record.settling && balance.relative <= *c.tolerance) {
-      outcome.converged = true;
-      break;
-    }
   }
 
   outcome.positions = setup.surface.mesh.points;

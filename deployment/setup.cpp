@@ -260,7 +260,7 @@ void derive_numbers(Setup& setup) {
   if (!c.growth_per_step) c.growth_per_step = std::min(0.15 * edge, 0.5 * *c.contact_distance);
   if (!c.voxel_size) c.voxel_size = std::min(radius / 25, *c.contact_distance);
   if (!c.iterations) c.iterations = 4;
-  if (!c.tolerance) c.tolerance = 0.01;
+  if (!c.tolerance) c.tolerance = 1e-3;
   if (!c.max_settling_steps) c.max_settling_steps = 20000;
   if (*c.voxel_size > radius / 4) {
     throw Error(ExitCode::usage, "/level_set/voxel_size: " + mm(*c.voxel_size) + " is coarser than a quarter of the stent's radius, " +
