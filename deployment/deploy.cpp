@@ -15,6 +15,8 @@ using vessels::number;
 // The paper's constants are in centimetres and grams; a spring of 1e5 g/s^2 is 1e5 dyn/cm = 0.1 N/mm, and a hinge of
 // 1e3 g cm^2/s^2 = 1e3 erg is 0.1 N mm.
 constexpr xpbd::UniformStiffness kPaperWall{0.1, 0.1};
+// While settling the wall moves so little that contacts found once serve several iterations.
+constexpr int kSettlingIterations = 10;
 
 /// The stent as a solid, its surface drawn `inset` (mm) inside the outer radius: contact at that distance puts the wall on
 /// the outer surface over the whole length, and rounds its edge just beyond the ends.
@@ -128,7 +130,7 @@ Outcome deploy(const Setup& setup, const Observer& observe) {
     const auto contacts = find_contacts(level_set, solver.positions(), region.pinned, contact_distance, reach, stiffness);
     xpbd::ForceBalance balance;
     if (record.settling) {
-      for (int i = 0; i < *c.iterations; ++i) {
+      for (int i = 0; i < kSettlingIterations; ++i) {
         const xpbd::RelaxReport report = solver.relax(contacts, settling);
         record.largest_move = std::max(record.largest_move, report.largest_move);
         balance = report.balance;

@@ -96,17 +96,6 @@ CenterlinePath choose_way(const Case& c, const vessels::Centerline& centerline, 
                                    " ends in branch " + std::to_string(*c.towards));
 }
 
-/// Gaussian smoothing, once more on what it took away: bends shrink only with the fourth power of width over bend radius.
-Polyline smooth_keeping_bends(const Polyline& line, double width) {
-  const Polyline once = smooth(line, width);
-  Polyline lost(line.size());
-  for (std::size_t i = 0; i < line.size(); ++i) lost[i] = line[i] - once[i];
-  const Polyline back = smooth(lost, width);
-  Polyline result(line.size());
-  for (std::size_t i = 0; i < line.size(); ++i) result[i] = once[i] + back[i];
-  return result;
-}
-
 double largest_curvature(const Polyline& axis) {
   double largest = 0;
   for (std::size_t i = 1; i + 1 < axis.size(); ++i) {
@@ -187,7 +176,7 @@ void place_stent(Setup& setup) {
   const double start = std::clamp(middle - 0.5 * c.length, 0.0, std::max(0.0, smoothed_arc.back() - c.length));
   const double curvature = largest_curvature(smoothed);
   // Chords of a curve of curvature k stray s^2 k / 8 from it; a thousandth of the radius is not felt by the wall.
-  const double spacing = std::min(radius / 5, curvature > 0 ? std::sqrt(8 * 1e-3 * radius / curvature) : radius);
+  const double spacing = std::min(radius / 10, curvature > 0 ? std::sqrt(8 * 1e-3 * radius / curvature) : radius);
   p.axis = resample(smoothed, start, start + c.length, spacing);
   p.arc = arc_lengths(p.axis);
   const double widest = std::max({*c.diameter, c.distal_diameter, c.flare_diameter}) / 2;

@@ -18,6 +18,30 @@ Location locate(std::span<const double> arc, double s) {
   return {segment, span > 0 ? std::clamp((s - arc[segment]) / span, 0.0, 1.0) : 0.0};
 }
 
+/// Gaussian smoothing with a standard deviation of `points` points; ends continued by point reflection.
+Polyline gaussian(const Polyline& line, double points) {
+  const int n = static_cast<int>(line.size());
+  const int reach = std::min(n - 1, static_cast<int>(std::ceil(3 * points)));
+  std::vector<double> weights(static_cast<std::size_t>(reach) + 1);
+  double total = 0;
+  for (int k = 0; k <= reach; ++k) {
+    weights[static_cast<std::size_t>(k)] = std::exp(-0.5 * (k / points) * (k / points));
+    total += (k == 0 ? 1 : 2) * weights[static_cast<std::size_t>(k)];
+  }
+  const auto point = [&](int i) -> Vec3 {
+    if (i < 0) return 2 * line.front() - line[static_cast<std::size_t>(-i)];
+    if (i >= n) return 2 * line.back() - line[static_cast<std::size_t>(2 * (n - 1) - i)];
+    return line[static_cast<std::size_t>(i)];
+  };
+  Polyline result(line.size());
+  for (int i = 0; i < n; ++i) {
+    Vec3 sum = weights[0] * point(i);
+    for (int k = 1; k <= reach; ++k) sum += weights[static_cast<std::size_t>(k)] * (point(i - k) + point(i + k));
+    result[static_cast<std::size_t>(i)] = sum / total;
+  }
+  return result;
+}
+
 }  // namespace
 
 std::vector<double> arc_lengths(const Polyline& line) {
@@ -67,29 +91,18 @@ Polyline resample(const Polyline& line, double from, double to, double spacing) 
 }
 
 Polyline smooth(const Polyline& line, double width) {
-  const int n = static_cast<int>(line.size());
-  if (n < 3 || width <= 0) return line;
-  const double spacing = length(line) / (n - 1);
-  const int reach = std::min(n - 1, static_cast<int>(std::ceil(3 * width / spacing)));
-  std::vector<double> weights(static_cast<std::size_t>(reach) + 1);
-  double total = 0;
-  for (int k = 0; k <= reach; ++k) {
-    const double u = k * spacing / width;
-    weights[static_cast<std::size_t>(k)] = std::exp(-0.5 * u * u);
-    total += (k == 0 ? 1 : 2) * weights[static_cast<std::size_t>(k)];
-  }
-  const auto point = [&](int i) -> Vec3 {
-    if (i < 0) return 2 * line.front() - line[static_cast<std::size_t>(-i)];
-    if (i >= n) return 2 * line.back() - line[static_cast<std::size_t>(2 * (n - 1) - i)];
-    return line[static_cast<std::size_t>(i)];
-  };
-  Polyline result(line.size());
-  for (int i = 0; i < n; ++i) {
-    Vec3 sum = weights[0] * point(i);
-    for (int k = 1; k <= reach; ++k)
-      sum += weights[static_cast<std::size_t>(k)] * (point(i - k) + point(i + k));
-    result[static_cast<std::size_t>(i)] = sum / total;
-  }
+  if (line.size() < 3 || width <= 0) return line;
+  return gaussian(line, width / (length(line) / static_cast<double>(line.size() - 1)));
+}
+
+Polyline smooth_keeping_bends(const Polyline& line, double width) {
+  if (line.size() < 3 || width <= 0) return line;
+  const double points = width / (length(line) / static_cast<double>(line.size() - 1));
+  Polyline result = gaussian(line, points);
+  Polyline lost(line.size());
+  for (std::size_t i = 0; i < line.size(); ++i) lost[i] = line[i] - result[i];
+  const Polyline back = gaussian(lost, points);
+  for (std::size_t i = 0; i < line.size(); ++i) result[i] += back[i];
   return result;
 }
 
