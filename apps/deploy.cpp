@@ -72,7 +72,7 @@ deployment::Case case_from_options(const Arguments& a) {
   if (!a.shape.empty()) specification["stent"]["shape"] = a.shape;
   if (a.straightening >= 0) specification["stent"]["straightening"] = a.straightening;
   if (!a.wall.empty()) specification["wall"]["preset"] = a.wall;
-  return deployment::parse_case(specification, "command line", std::filesystem::current_path());
+  return deployment::parse_case(specification, deployment::kCommandLine, std::filesystem::current_path());
 }
 
 void run(const Arguments& a) {

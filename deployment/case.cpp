@@ -17,8 +17,15 @@ namespace {
 using nlohmann::json;
 using vessels::LengthUnit;
 
+/// A key as the person wrote it: on the command line the last part of the path is the option's name.
+std::string named(const std::string& source, const std::string& key) {
+  if (source != kCommandLine) return source + ": " + key;
+  const std::string last = key.substr(key.rfind('/') + 1);
+  return source + ": " + (last == "surface" ? last : last == "preset" ? "--wall" : "--" + last);
+}
+
 [[noreturn]] void fail(const std::string& source, const std::string& key, const std::string& what) {
-  throw Error(ExitCode::usage, source + ": " + key + ": " + what);
+  throw Error(ExitCode::usage, named(source, key) + ": " + what);
 }
 
 std::string shortest(double value) {
@@ -135,9 +142,8 @@ class ObjectReader {
     if (!given.empty() && !std::isalpha(static_cast<unsigned char>(given.back()))) {
       refuse(name, "needs a unit (mm, cm or m), is \"" + given + "\"");
     }
-    return vessels::parse_length(given, LengthUnit::mm, source_ + ": " + key(name));
+    return vessels::parse_length(given, LengthUnit::mm, named(source_, key(name)));
   }
-  const std::string& source() const { return source_; }
 
  private:
   const json& object_;

@@ -52,13 +52,13 @@ Narrowing tightest_narrowing(const std::vector<CenterlinePath>& ways, double win
 AtArcLength locate(const Case& c, const vessels::Centerline& centerline) {
   if (const auto* given = std::get_if<AtArcLength>(&c.at)) {
     if (given->branch >= static_cast<int>(centerline.branches.size())) {
-      throw Error(ExitCode::usage, "/stent/at/branch: the centerline has " +
+      throw Error(ExitCode::usage, c.surface.string() + ": /stent/at/branch: the centerline has " +
                                        std::to_string(centerline.branches.size()) + " branches (ids from 0), not one with id " +
                                        std::to_string(given->branch));
     }
     const double available = length(centerline.branches[static_cast<std::size_t>(given->branch)].points);
     if (given->arc_length > available) {
-      throw Error(ExitCode::usage, "/stent/at/arc_length: branch " + std::to_string(given->branch) + " is " +
+      throw Error(ExitCode::usage, c.surface.string() + ": /stent/at/arc_length: branch " + std::to_string(given->branch) + " is " +
                                        mm(available) + " long, shorter than " + mm(given->arc_length));
     }
     return *given;
@@ -92,7 +92,7 @@ CenterlinePath choose_way(const Case& c, const vessels::Centerline& centerline, 
   for (const CenterlinePath& way : ways) {
     if (way.branch_of_point.back() == *c.towards) return way;
   }
-  throw Error(ExitCode::usage, "/stent/towards: no way through branch " + std::to_string(branch) +
+  throw Error(ExitCode::usage, c.surface.string() + ": /stent/towards: no way through branch " + std::to_string(branch) +
                                    " ends in branch " + std::to_string(*c.towards));
 }
 
@@ -153,6 +153,13 @@ void place_stent(Setup& setup) {
     infeasible(c, "the stent reaches " + mm(inlet ? -from : to - total) + " over the vessel's " +
                       (inlet ? "inlet" : "outlet") + ": its middle lies " + mm(inlet ? p.centre : total - p.centre) +
                       " from it, half its length is " + mm(0.5 * c.length) + "; move it or take a shorter one");
+  }
+  // The rim beyond the stent is held, so the wall needs some length to come down from the stent to it.
+  const double free_length = std::min(from, total - to);
+  const double needed = 0.5 * (c.diameter ? 0.5 * *c.diameter : value_at(p.way.radii, p.way.arc_length, p.centre));
+  if (free_length < needed) {
+    infeasible(c, "the stent ends " + mm(free_length) + " from the vessel's " + (from < total - to ? "inlet" : "outlet") +
+                      "; at least " + mm(needed) + " of vessel must lie beyond it, half its radius");
   }
 
   const vessels::Sectioner sections(setup.surface.mesh);
@@ -252,11 +259,11 @@ void derive_numbers(Setup& setup) {
   if (!c.tolerance) c.tolerance = 1e-3;
   if (!c.max_settling_steps) c.max_settling_steps = 20000;
   if (*c.voxel_size > radius / 4) {
-    throw Error(ExitCode::usage, "/level_set/voxel_size: " + mm(*c.voxel_size) + " is coarser than a quarter of the stent's radius, " +
+    throw Error(ExitCode::usage, c.surface.string() + ": /level_set/voxel_size: " + mm(*c.voxel_size) + " is coarser than a quarter of the stent's radius, " +
                                      mm(radius / 4));
   }
   if (*c.contact_distance >= 0.5 * radius) {
-    throw Error(ExitCode::usage, "/contact/distance: " + mm(*c.contact_distance) + " must be below half the stent's radius, " +
+    throw Error(ExitCode::usage, c.surface.string() + ": /contact/distance: " + mm(*c.contact_distance) + " must be below half the stent's radius, " +
                                      mm(radius / 2));
   }
   const double narrowest = *std::min_element(p.wall_distance.begin(), p.wall_distance.end());

@@ -1,9 +1,7 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
-#include "sdf/level_set.hpp"
 #include "sdf/polyline.hpp"
 #include "vessels/centerline.hpp"
 #include "vessels/centerline_tree.hpp"
@@ -15,10 +13,10 @@
 namespace vstent::vessels {
 namespace {
 
-constexpr double kVoxelsPerRadius =
-    2.5;                         // of the smallest end; a stenosis may need more and gets it
-constexpr int kRefinements = 5;  // halvings of the voxel before a lumen counts as closed
-constexpr std::size_t kNodeLimit = 20'000'000;
+constexpr double kNodesPerSmallestRadius = 2.5;  // of an end; a stenosis may need more and gets it
+constexpr int kRefinements = 5;  // halvings of the spacing before a lumen counts as closed
+constexpr std::size_t kNodeLimit = 5'000'000;
+constexpr std::size_t kInsideCandidates = 2000;  // tried for a point inside a closed lumen
 constexpr double kParting = 0.05;  // of the local radius: farther apart, two ways have parted
 constexpr double kRunUp =
     3.0;  // radii before the parting of lattice paths where a way is searched anew
@@ -36,51 +34,57 @@ Vec3 behind(const LumenEnd& end) { return end.centre - 0.5 * end.radius * end.ou
 struct Way {
   std::size_t end = 0;
   std::vector<int> nodes;
-  Polyline line;  // centred, from the inlet's centre to the end's
+  Polyline lattice_line;  // their positions
+  Polyline line;          // centred, from the inlet's centre to the end's
   std::vector<int> tree_nodes;
 };
 
-/// The lattice's way to every end but the inlet, at the coarsest spacing that reaches them all.
-std::vector<Way> lattice_ways(const Surface& surface, const LumenEnds& lumen, std::size_t inlet,
-                              std::vector<Polyline>& lines) {
-  double smallest = lumen.ends.front().radius;
-  double widest = smallest;
-  for (const LumenEnd& end : lumen.ends) {
-    smallest = std::min(smallest, end.radius);
-    widest = std::max(widest, end.radius);
+/// The lattice's ways to every end but the inlet; no nodes for an end that it does not reach.
+std::vector<Way> ways_through(LumenLattice& lattice, const LumenEnds& lumen, std::size_t inlet,
+                              double spacing) {
+  std::vector<LumenLattice::Target> targets;
+  std::vector<Way> ways;
+  for (std::size_t e = 0; e < lumen.ends.size(); ++e) {
+    if (e == inlet) continue;
+    const LumenEnd& end = lumen.ends[e];
+    targets.push_back({behind(end), std::max(0.3 * end.radius, spacing)});
+    ways.push_back({e, {}, {}, {}, {}});
   }
-  sdf::VoxelOptions options;
-  options.voxel_size = smallest / kVoxelsPerRadius;
+  const std::vector<int> arrivals = lattice.grow(behind(lumen.ends[inlet]), targets, kNodeLimit);
+  for (std::size_t w = 0; w < ways.size(); ++w) {
+    if (arrivals[w] < 0) continue;
+    ways[w].nodes = lattice.path_to(arrivals[w]);
+    for (const int node : ways[w].nodes) ways[w].lattice_line.push_back(lattice.position(node));
+  }
+  return ways;
+}
+
+/// The ways at the coarsest spacing that reaches all ends.
+std::vector<Way> lattice_ways(const Surface& surface, const LumenEnds& lumen, std::size_t inlet) {
+  double smallest = lumen.ends.front().radius;
+  for (const LumenEnd& end : lumen.ends) smallest = std::min(smallest, end.radius);
+  const ClosedLumen closed(lumen.closed);
+  double spacing = smallest / kNodesPerSmallestRadius;
   std::string unreached;
-  for (int refinement = 0; refinement <= kRefinements; ++refinement, options.voxel_size *= 0.5) {
-    const sdf::LevelSet level_set = sdf::voxelise(lumen.closed, options, 1.5 * widest);
-    std::vector<LumenLattice::Target> targets;
-    std::vector<Way> ways;
-    for (std::size_t e = 0; e < lumen.ends.size(); ++e) {
-      if (e == inlet) continue;
-      const LumenEnd& end = lumen.ends[e];
-      targets.push_back({behind(end), std::max(0.3 * end.radius, options.voxel_size)});
-      ways.push_back({e, {}, {}, {}});
+  std::vector<Way> ways;
+  for (int refinement = 0; refinement <= kRefinements; ++refinement, spacing *= 0.5) {
+    LumenLattice lattice(closed, spacing);
+    try {
+      ways = ways_through(lattice, lumen, inlet, spacing);
+    } catch (const Error&) {
+      if (refinement == 0) throw;
+      break;  // the coarser lattices say what is wrong
     }
-    LumenLattice lattice(level_set);
-    const std::vector<int> arrivals = lattice.grow(behind(lumen.ends[inlet]), targets, kNodeLimit);
     unreached.clear();
-    for (std::size_t w = 0; w < ways.size(); ++w) {
-      if (arrivals[w] < 0) {
-        unreached += (unreached.empty() ? "" : ", ") + place(lumen.ends[ways[w].end].centre);
-        continue;
-      }
-      ways[w].nodes = lattice.path_to(arrivals[w]);
-      Polyline line;
-      for (const int node : ways[w].nodes) line.push_back(lattice.position(node));
-      lines.push_back(std::move(line));
+    for (const Way& way : ways) {
+      if (!way.nodes.empty()) continue;
+      unreached += (unreached.empty() ? "" : ", ") + place(lumen.ends[way.end].centre);
     }
     if (unreached.empty()) return ways;
-    lines.clear();
   }
   fail(surface, "the lumen is not connected from the inlet at " + place(lumen.ends[inlet].centre) +
-                    " mm to the end" + " at " + unreached + " mm, at voxels of " +
-                    number(options.voxel_size * 2.0) + " mm");
+                    " mm to the end at " + unreached + " mm, at a spacing of " +
+                    number(spacing * 2.0) + " mm");
 }
 
 /// A smooth first guess from a lattice path: the staircase goes, the ends are put on.
@@ -124,26 +128,28 @@ void add_tips(const Surface& surface, LumenEnds& lumen) {
   }
   const double radius = area > 0 ? 2.0 * std::abs(volume) / area : 0.0;  // exact for a long tube
   if (!(radius > 0)) fail(surface, "no centerline: the surface encloses no volume");
-  sdf::VoxelOptions options;
-  options.voxel_size = radius / 5.0;
-  const sdf::LevelSet level_set = sdf::voxelise(lumen.closed, options, 4.0 * radius);
+  const ClosedLumen closed(lumen.closed);
 
-  Vec3 inside = Vec3::Zero();
-  double deepest = -std::numeric_limits<double>::infinity();
-  for (const Triangle& t : lumen.closed.triangles) {
-    const Vec3& a = lumen.closed.points[static_cast<std::size_t>(t[0])];
-    const Vec3& b = lumen.closed.points[static_cast<std::size_t>(t[1])];
-    const Vec3& c = lumen.closed.points[static_cast<std::size_t>(t[2])];
+  // The deepest of points a radius behind the wall that lies inside: a search from there meets the
+  // whole lumen.
+  std::vector<std::pair<double, Vec3>> candidates;
+  const std::size_t stride = 1 + lumen.closed.triangles.size() / kInsideCandidates;
+  for (std::size_t t = 0; t < lumen.closed.triangles.size(); t += stride) {
+    const Triangle& corners = lumen.closed.triangles[t];
+    const Vec3& a = lumen.closed.points[static_cast<std::size_t>(corners[0])];
+    const Vec3& b = lumen.closed.points[static_cast<std::size_t>(corners[1])];
+    const Vec3& c = lumen.closed.points[static_cast<std::size_t>(corners[2])];
     const Vec3 normal = (b - a).cross(c - a);
     if (!(normal.norm() > 0)) continue;
     const Vec3 x = (a + b + c) / 3.0 - radius * normal.normalized();
-    const double depth = -level_set.sample(x).distance;
-    if (depth > deepest) {
-      deepest = depth;
-      inside = x;
-    }
+    candidates.emplace_back(closed.distance.closest(x).distance, x);
   }
-  for (const LumenTip& tip : find_lumen_tips(level_set, inside, kNodeLimit)) {
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  const auto inside = std::find_if(candidates.begin(), candidates.end(),
+                                   [&](const auto& x) { return closed.encloses(x.second); });
+  if (inside == candidates.end()) fail(surface, "no centerline: no point found inside");
+  for (const LumenTip& tip : find_lumen_tips(closed, radius / 5.0, inside->second, kNodeLimit)) {
     const bool known = std::any_of(lumen.ends.begin(), lumen.ends.end(), [&](const LumenEnd& end) {
       return (end.centre - tip.centre).norm() < 1.5 * (end.radius + tip.radius);
     });
@@ -176,8 +182,7 @@ Centerline extract_centerline(const Surface& surface, const ExtractionOptions& o
     }
   }
 
-  std::vector<Polyline> lattice_lines;
-  std::vector<Way> ways = lattice_ways(surface, lumen, inlet, lattice_lines);
+  std::vector<Way> ways = lattice_ways(surface, lumen, inlet);
   const sdf::MeshDistance& wall = *lumen.wall;
   const auto depth = [&](const Vec3& x) { return wall.closest(x).distance; };
   const Vec3 start = lumen.ends[inlet].centre;
@@ -187,13 +192,13 @@ Centerline extract_centerline(const Surface& surface, const ExtractionOptions& o
   std::vector<std::size_t> by_length(ways.size());
   std::iota(by_length.begin(), by_length.end(), std::size_t{0});
   std::stable_sort(by_length.begin(), by_length.end(), [&](std::size_t a, std::size_t b) {
-    return length(lattice_lines[a]) > length(lattice_lines[b]);
+    return length(ways[a].lattice_line) > length(ways[b].lattice_line);
   });
   AxisTree tree;
   for (std::size_t rank = 0; rank < ways.size(); ++rank) {
     Way& way = ways[by_length[rank]];
     const Vec3 end = lumen.ends[way.end].centre;
-    const Polyline guess = guess_from(lattice_lines[by_length[rank]], start, end);
+    const Polyline guess = guess_from(way.lattice_line, start, end);
     if (rank == 0) {
       way.line = centre(guess, wall);
       int node = -1;
@@ -215,7 +220,7 @@ Centerline extract_centerline(const Surface& surface, const ExtractionOptions& o
     }
     const std::vector<double> trunk_s = arc_lengths(trunk->line);
     const std::vector<double> guess_s = arc_lengths(guess);
-    const Vec3 last_shared = lattice_lines[by_length[rank]][std::max<std::size_t>(shared, 1) - 1];
+    const Vec3 last_shared = way.lattice_line[std::max<std::size_t>(shared, 1) - 1];
     const double parting = vstent::nearest_place(trunk->line, trunk_s, last_shared).arc_length;
     const double run_up =
         std::max(0.0, parting - kRunUp * depth(point_at(trunk->line, trunk_s, parting)));

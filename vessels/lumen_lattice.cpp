@@ -7,9 +7,12 @@
 #include <string>
 
 #include "vessels/error.hpp"
+#include "vessels/text.hpp"
 
 namespace vstent::vessels {
 namespace {
+
+constexpr double kDepthTolerance = 0.03;  // depths are too large by this share at most
 
 std::size_t hash(const std::array<std::int32_t, 3>& index) {
   auto key = static_cast<std::uint64_t>(static_cast<std::uint32_t>(index[0]));
@@ -39,7 +42,27 @@ const std::vector<Step>& neighbour_steps() {
   return kSteps;
 }
 
+std::array<std::int32_t, 3> neighbour_of(const std::array<std::int32_t, 3>& index,
+                                         const Step& step) {
+  return {index[0] + step.offset[0], index[1] + step.offset[1], index[2] + step.offset[2]};
+}
+
+bool balls_overlap(double radius, double other_radius, double distance) {
+  return (1.0 - kDepthTolerance) * (radius + other_radius) > distance;
+}
+
 }  // namespace
+
+LumenLattice::LumenLattice(const ClosedLumen& lumen, double spacing)
+    : lumen_(lumen), spacing_(spacing) {
+  double farthest = 0;
+  for (const Vec3& x : lumen.mesh.points) farthest = std::max(farthest, x.cwiseAbs().maxCoeff());
+  if (!(farthest / spacing < 1 << 30)) {
+    throw Error(ExitCode::resources, "centerline: " + number(farthest) +
+                                         " mm from the origin cannot be numbered in steps of " +
+                                         number(spacing) + " mm; move the surface to the origin");
+  }
+}
 
 Vec3 LumenLattice::position(int node) const {
   const auto& index = nodes_[static_cast<std::size_t>(node)].index;
@@ -47,13 +70,12 @@ Vec3 LumenLattice::position(int node) const {
 }
 
 bool LumenLattice::is_deepest_of_its_neighbours(int node) {
-  const auto index = nodes_[static_cast<std::size_t>(node)].index;
-  for (const Step& step : neighbour_steps()) {
-    const int neighbour = find_or_add(
-        {index[0] + step.offset[0], index[1] + step.offset[1], index[2] + step.offset[2]});
-    if (depth(neighbour) > depth(node)) return false;
-  }
-  return true;
+  const Node self = nodes_[static_cast<std::size_t>(node)];
+  return std::all_of(neighbour_steps().begin(), neighbour_steps().end(), [&](const Step& step) {
+    const int neighbour = find_or_add(neighbour_of(self.index, step), self.triangle);
+    return depth(neighbour) <= self.depth ||
+           !balls_overlap(self.depth, depth(neighbour), step.length * spacing_);
+  });
 }
 
 std::vector<int> LumenLattice::path_to(int node) const {
@@ -63,25 +85,38 @@ std::vector<int> LumenLattice::path_to(int node) const {
   return path;
 }
 
+std::size_t LumenLattice::slot_of(const std::array<std::int32_t, 3>& index) const {
+  std::size_t slot = hash(index) % slots_.size();
+  while (slots_[slot] >= 0 && nodes_[static_cast<std::size_t>(slots_[slot])].index != index) {
+    slot = slot + 1 == slots_.size() ? 0 : slot + 1;
+  }
+  return slot;
+}
+
 void LumenLattice::rehash() {
   slots_.assign(std::max<std::size_t>(1024, 4 * nodes_.size()), -1);
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
-    std::size_t slot = hash(nodes_[n].index) % slots_.size();
-    while (slots_[slot] >= 0) slot = slot + 1 == slots_.size() ? 0 : slot + 1;
-    slots_[slot] = static_cast<std::int32_t>(n);
+    slots_[slot_of(nodes_[n].index)] = static_cast<std::int32_t>(n);
   }
 }
 
-int LumenLattice::find_or_add(const std::array<std::int32_t, 3>& index) {
+int LumenLattice::find_or_add(const std::array<std::int32_t, 3>& index, int hint) {
   if (2 * (nodes_.size() + 1) > slots_.size()) rehash();
-  std::size_t slot = hash(index) % slots_.size();
-  while (slots_[slot] >= 0) {
-    if (nodes_[static_cast<std::size_t>(slots_[slot])].index == index) return slots_[slot];
-    slot = slot + 1 == slots_.size() ? 0 : slot + 1;
-  }
+  const std::size_t slot = slot_of(index);
+  if (slots_[slot] >= 0) return slots_[slot];
   const Vec3 x = spacing_ * Vec3(index[0], index[1], index[2]);
-  const auto depth = static_cast<float>(-lumen_.sample(x).distance);
-  nodes_.push_back({index, -1, depth, false, std::numeric_limits<double>::infinity()});
+  // What the hint says is good enough unless something lies nearer by more than the tolerance.
+  const auto corner = [&](std::size_t k) {
+    return lumen_.mesh
+        .points[static_cast<std::size_t>(lumen_.mesh.triangles[static_cast<std::size_t>(hint)][k])];
+  };
+  const double bound =
+      (x - sdf::closest_point_on_triangle(x, corner(0), corner(1), corner(2))).norm();
+  const auto closest = lumen_.distance.closest(x, (1.0 - kDepthTolerance) * bound);
+  const bool nearer = closest.triangle >= 0;
+  nodes_.push_back({index, -1, nearer ? closest.triangle : hint,
+                    static_cast<float>(nearer ? closest.distance : bound),
+                    std::numeric_limits<double>::infinity(), false});
   slots_[slot] = static_cast<std::int32_t>(nodes_.size()) - 1;
   return slots_[slot];
 }
@@ -92,16 +127,21 @@ std::vector<int> LumenLattice::grow(const Vec3& start, const std::vector<Target>
   slots_.clear();
   settled_.clear();
 
+  std::vector<int> arrivals(targets.size(), -1);
+  if (!lumen_.encloses(start)) return arrivals;
   int first = -1;
+  const auto nearest = lumen_.distance.closest(start);
   const Vec3 corner = (start / spacing_).array().floor();
   for (int c = 0; c < 8; ++c) {
     const int node = find_or_add({static_cast<std::int32_t>(corner.x()) + (c & 1),
                                   static_cast<std::int32_t>(corner.y()) + (c >> 1 & 1),
-                                  static_cast<std::int32_t>(corner.z()) + (c >> 2 & 1)});
-    if (first < 0 || depth(node) > depth(first)) first = node;
+                                  static_cast<std::int32_t>(corner.z()) + (c >> 2 & 1)},
+                                 nearest.triangle);
+    const bool linked =
+        balls_overlap(nearest.distance, depth(node), (position(node) - start).norm());
+    if (linked && (first < 0 || depth(node) > depth(first))) first = node;
   }
-  std::vector<int> arrivals(targets.size(), -1);
-  if (depth(first) <= 0) return arrivals;
+  if (first < 0) return arrivals;
 
   struct Entry {
     double cost;
@@ -131,15 +171,13 @@ std::vector<int> LumenLattice::grow(const Vec3& start, const std::vector<Target>
     if (nodes_.size() > node_limit) {
       throw Error(ExitCode::resources,
                   "centerline: the lumen has more than " + std::to_string(node_limit) +
-                      " lattice nodes at a spacing of " + std::to_string(spacing_) + " mm");
+                      " lattice nodes at a spacing of " + number(spacing_) + " mm");
     }
     for (const Step& step : neighbour_steps()) {
-      const int neighbour =
-          find_or_add({node.index[0] + step.offset[0], node.index[1] + step.offset[1],
-                       node.index[2] + step.offset[2]});
+      const int neighbour = find_or_add(neighbour_of(node.index, step), node.triangle);
       Node& next = nodes_[static_cast<std::size_t>(neighbour)];
       const double length = step.length * spacing_;
-      if (next.settled || next.depth <= 0 || node.depth + next.depth <= length) continue;
+      if (next.settled || !balls_overlap(node.depth, next.depth, length)) continue;
       const double cost = node.cost + 0.5 * length * (1.0 / node.depth + 1.0 / next.depth);
       if (cost >= next.cost) continue;
       next.cost = cost;
@@ -150,11 +188,11 @@ std::vector<int> LumenLattice::grow(const Vec3& start, const std::vector<Target>
   return arrivals;
 }
 
-std::vector<LumenTip> find_lumen_tips(const sdf::LevelSet& lumen, const Vec3& inside,
+std::vector<LumenTip> find_lumen_tips(const ClosedLumen& lumen, double spacing, const Vec3& inside,
                                       std::size_t node_limit) {
   constexpr double kCovered = 1.2;   // of its radius: as far as a branch's inscribed ball reaches
   constexpr double kShortest = 2.5;  // local radii of a branch beyond what is covered
-  LumenLattice lattice(lumen);
+  LumenLattice lattice(lumen, spacing);
   const auto axis_nodes = [&] {
     std::vector<int> nodes;
     for (const int node : std::vector<int>(lattice.settled())) {

@@ -1,21 +1,31 @@
-// Ways through a lumen: least-cost paths over the nodes of its level set.
+// Ways through a lumen: least-cost paths over the nodes of a lattice.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <vector>
 
-#include "sdf/level_set.hpp"
+#include "sdf/mesh_distance.hpp"
 
 namespace vstent::vessels {
 
-/// Nodes of a level set's grid inside a lumen, discovered from one start node outwards in order of
-/// the cost integral of ds / depth (depth: distance to the wall). Two nodes are linked only where
-/// the balls of their depths overlap, so every link, and every path, lies inside the lumen whatever
-/// the spacing.
+/// A closed surface and the distances to it, seen from a point inside.
+struct ClosedLumen {
+  explicit ClosedLumen(const TriangleMesh& closed) : mesh(closed), distance(closed) {}
+  bool encloses(const Vec3& x) const { return distance.winding_number(x) > 0.5; }
+
+  const TriangleMesh& mesh;
+  sdf::MeshDistance distance;
+};
+
+/// Nodes of a cubic lattice inside a lumen, discovered from one start node outwards in order of
+/// the cost integral of ds / depth (depth: distance to the surface). Two nodes are linked only
+/// where the balls of their depths overlap: no surface passes between them, so every link, and
+/// every path, lies on the start's side of it whatever the spacing.
 class LumenLattice {
  public:
-  explicit LumenLattice(const sdf::LevelSet& lumen) : lumen_(lumen), spacing_(lumen.voxel_size()) {}
+  /// \throws Error (resources) when the spacing is too fine to number the nodes
+  LumenLattice(const ClosedLumen& lumen, double spacing);
 
   struct Target {
     Vec3 point;    ///< inside the lumen
@@ -23,7 +33,8 @@ class LumenLattice {
   };
 
   /// Grows from `start` until every target is reached or the lumen is exhausted; the arriving node
-  /// per target, -1 for those not reached. \throws Error (resources) beyond `node_limit` nodes
+  /// per target, -1 for those not reached: all of them when the start lies outside or the lumen is
+  /// too narrow there for the spacing. \throws Error (resources) beyond `node_limit` nodes
   std::vector<int> grow(const Vec3& start, const std::vector<Target>& targets,
                         std::size_t node_limit);
 
@@ -36,21 +47,24 @@ class LumenLattice {
   std::vector<int> path_to(int node) const;
   /// Settled nodes in the order in which they were, parents before children.
   const std::vector<int>& settled() const { return settled_; }
-  /// No neighbour lies deeper: on the lumen's axis, as near as the lattice tells.
+  /// No neighbour in the lumen lies deeper: on its axis, as near as the lattice tells.
   bool is_deepest_of_its_neighbours(int node);
 
  private:
   struct Node {
     std::array<std::int32_t, 3> index;
     std::int32_t parent;
-    float depth;  // mm, positive inside; nodes outside are kept as negative depths, never linked
-    bool settled;
+    std::int32_t triangle;  // the nearest
+    float depth;            // mm, unsigned, to 3 %: nodes outside are met, but never linked
     double cost;
+    bool settled;
   };
-  int find_or_add(const std::array<std::int32_t, 3>& index);
+  std::size_t slot_of(const std::array<std::int32_t, 3>& index) const;  // its own or a free one
+  /// `hint`: a triangle that is near
+  int find_or_add(const std::array<std::int32_t, 3>& index, int hint);
   void rehash();
 
-  const sdf::LevelSet& lumen_;
+  const ClosedLumen& lumen_;
   double spacing_;
   std::vector<int> settled_;
   std::vector<Node> nodes_;
@@ -67,7 +81,7 @@ struct LumenTip {
 /// Tips of the tree that a closed lumen is: from the farthest point, again and again the point
 /// farthest from the inscribed balls of the branches found so far, as long as that is more than 2.5
 /// local radii.
-std::vector<LumenTip> find_lumen_tips(const sdf::LevelSet& lumen, const Vec3& inside,
+std::vector<LumenTip> find_lumen_tips(const ClosedLumen& lumen, double spacing, const Vec3& inside,
                                       std::size_t node_limit);
 
 }  // namespace vstent::vessels

@@ -5,19 +5,24 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "xpbd/kernels.hpp"
 #include "xpbd/layout.hpp"
+#include "xpbd/preconditioner.hpp"
 
 namespace vstent::xpbd {
 namespace {
+const double STK = getenv("STK") ? atof(getenv("STK")) : 1;
+const double FL = getenv("FL") ? atof(getenv("FL")) : 1e9;
+
 
 // Particles per task in loops over particles; fixed, so that partial sums are the same for any
 // number of threads.
 constexpr std::size_t kChunk = 1024;
 // Iterations of relax between looks at how stiff each particle's surroundings have become.
-constexpr int kWeighEvery = 50;
+const int kWeighEvery = getenv("WE") ? atoi(getenv("WE")) : 50;
 
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
@@ -98,12 +103,16 @@ struct Solver::Implementation {
   std::vector<Vec3> positions;   // in the sheet's order
   std::vector<Vec3> velocities;  // in the sheet's order
   std::vector<Slot> forces;      // scratch
+  std::vector<Slot> residuals;   // scratch
   Grouped<ClosableContact> contacts;
   Grouped<Attachment> attachments;
   bool backward = false;
   double steps_since_rest = 0;
+  std::vector<Hold> residual_holds;
+  std::vector<std::vector<int>> clusters;
   bool relaxing = false;
-  std::vector<double> softness;  // mm/N, the relaxation's step per force
+  double fs = 1;
+  std::optional<Preconditioner> preconditioner;  // of the relaxation
   int iterations_since_weighing = 0;
 
   explicit Implementation(const Sheet& sheet)
@@ -440,46 +449,52 @@ struct Solver::Implementation {
       rest();
       iterations_since_weighing = kWeighEvery;
     }
-    if (++iterations_since_weighing > kWeighEvery) {
-      measure_softness();
-      iterations_since_weighing = 0;
-    }
     // Forces are taken where momentum alone would lead: that damps what swings fast and leaves the
     // slow motion its speed.
     const double retained = steps_since_rest / (steps_since_rest + 3);
     side_by_side(chunks(), [&](std::size_t chunk) {
       for_chunk(chunk, particles.size(), [&](std::size_t k) {
         Slot& particle = particles[k];
-        particle.mobility = inverse_mass[k] > 0 ? options.step * softness[k] : 0;
         before[k] = place(particle);
         drift[k].setZero();
-        if (!(particle.mobility > 0)) return;
+        if (!(inverse_mass[k] > 0)) return;
         drift[k] = retained * velocities[at(layout.original[k])];
         put(particle, before[k] + drift[k]);
       });
     });
     const Tally tally = elastic_forces(forces);
+    if (++iterations_since_weighing > kWeighEvery) {
+      measure_stiffness(options);
+      iterations_since_weighing = 0;
+    }
     std::vector<Weighing> parts(chunks());
-    std::vector<Finish> sums(chunks());
+    residuals.resize(particles.size());
+    residual_holds.resize(particles.size());
     side_by_side(chunks(), [&](std::size_t chunk) {
       for_chunk(chunk, particles.size(), [&](std::size_t k) {
         weigh(k, place(forces[k]), std::as_const(contacts).of(k), options.contact_tolerance,
               parts[chunk]);
-        if (Slot& particle = particles[k]; particle.mobility > 0) {
-          Vec3 move = drift[k] + particle.mobility * place(forces[k]);
-          if (const double travel = move.norm();
-              options.largest_move > 0 && travel > options.largest_move)
-            move *= options.largest_move / travel;
-          Vec3 x = before[k] + move;
-          for (ClosableContact& c : contacts.of(k)) {
-            const double gap = c.normal.dot(x) - c.offset;
-            c.force = std::max(0.0, -gap / (c.compliance + particle.mobility));
-            x += particle.mobility * c.force * c.normal;
-          }
-          put(particle, x);
-        }
-        finish(k, 1, sums[chunk]);
+        residual_holds[k] = held(k);
       });
+    });
+    share_holds(residual_holds);
+    for (std::size_t k = 0; k < particles.size(); ++k)
+      put(residuals[k], residual_holds[k].free_part(place(forces[k])));
+    static const double delay = getenv("DELAY") ? atof(getenv("DELAY")) : 0;
+    static double lastrel = 1;
+    static bool on = false;
+    if (!on && lastrel < delay) { on = true; measure_stiffness(options); iterations_since_weighing = 0; steps_since_rest = 0; }
+    lastrel = conclude(tally, parts).relative;
+    static int its = 0; static const int OFF = getenv("OFF") ? atoi(getenv("OFF")) : 1 << 30; ++its;
+    if (!on || its > OFF) for (auto& r : residuals) r = {};
+    preconditioner->pull(residuals);
+    double longest = 0;
+    for (std::size_t k = 0; k < particles.size(); ++k) longest = std::max(longest, preconditioner->far_move(k).norm());
+    fs = longest > FL ? FL / longest : 1;
+    std::vector<Finish> sums(chunks());
+    side_by_side(chunks(), [&](std::size_t chunk) {
+      for_chunk(chunk, particles.size(),
+                [&](std::size_t k) { relax_particle(k, options, sums[chunk]); });
     });
     RelaxReport report;
     report.balance = conclude(tally, parts);
@@ -492,37 +507,86 @@ struct Solver::Implementation {
     return report;
   }
 
-  /// 1 / (a bound on the row sums of the stiffness matrix at each particle), so that its product
-  /// with that matrix has no eigenvalue above 1.
-  void measure_softness() {
-    std::vector<double> rows(particles.size(), 0.0);
-    const auto x = [&](int k) { return place(particles[at(k)]); };
-    for (const DistanceBatch& batch : layout.distances)
-      for (std::size_t lane = 0; lane < kLanes; ++lane) {
-        if (lane > 0 && batch.i[lane] == batch.i[0]) break;
-        const double length = (x(batch.j[lane]) - x(batch.i[lane])).norm();
-        const double tension = std::abs(length - batch.rest[lane]) / batch.compliance[lane];
-        const double row = 2 * (1 / batch.compliance[lane] + (length > 0 ? tension / length : 0));
-        rows[at(batch.i[lane])] += row;
-        rows[at(batch.j[lane])] += row;
-      }
-    for (const BendingBatch& batch : layout.bendings)
-      for (std::size_t lane = 0; lane < kLanes; ++lane) {
-        if (lane > 0 && batch.vertex[0][lane] == batch.vertex[0][0]) break;
-        std::array<Vec3, 4> gradient;
-        hinge_angle(x(batch.vertex[0][lane]), x(batch.vertex[1][lane]), x(batch.vertex[2][lane]),
-                    x(batch.vertex[3][lane]), &gradient);
-        double total = 0;
-        for (const Vec3& g : gradient) total += g.norm();
-        for (std::size_t v = 0; v < 4; ++v)
-          rows[at(batch.vertex[v][lane])] += gradient[v].norm() * total / batch.compliance[lane];
-      }
-    softness.resize(rows.size());
-    for (std::size_t k = 0; k < rows.size(); ++k) {
-      double row = rows[k];
-      for (const Attachment& a : attachments.of(k)) row += 1 / a.compliance;
-      softness[k] = row > 0 ? 1 / row : 0;
+  void relax_particle(std::size_t k, const RelaxOptions& options, Finish& sums) {
+    if (!(inverse_mass[k] > 0)) return;
+    Vec3 move = drift[k] + (getenv("X") ? 1.3 : options.step) * (preconditioner->near_move(k, place(forces[k])) +
+                                           fs * preconditioner->far_move(k));
+    if (const double travel = move.norm();
+        options.largest_move > 0 && travel > options.largest_move)
+      move *= options.largest_move / travel;
+    Vec3 x = before[k] + move;
+    bool closed = false;
+    for (const ClosableContact& c : contacts.of(k)) {
+      const Vec3 along = options.step * preconditioner->near_move(k, c.normal);
+      const double gap = c.normal.dot(x) - c.offset;
+      const double push = std::max(0.0, -gap / (c.compliance + along.dot(c.normal)));
+      x += push * along;
+      closed = closed || push > 0;
     }
+    put(particles[k], x);
+    move = x - before[k];
+    sums.power += move.dot(place(residuals[k]));
+    sums.largest_move = std::max(sums.largest_move, move.norm());
+    if (closed)  // a push is not a kick
+      for (const ClosableContact& c : contacts.of(k))
+        move -= std::max(0.0, move.dot(c.normal)) * c.normal;
+    const std::size_t vertex = at(layout.original[k]);
+    velocities[vertex] = move;
+    positions[vertex] = x + origin;
+  }
+
+  /// How contacts will hold particle k when it yields to its force alone.
+  Hold held(std::size_t k) const {
+    Hold hold;
+    hold.pinned = !(inverse_mass[k] > 0);
+    if (hold.pinned) return hold;
+    const Vec3 yielded = place(particles[k]) + STK * preconditioner->near_move(k, place(forces[k]));
+    int closed = 0;
+    for (const ClosableContact& c : contacts.of(k)) {
+      if (c.normal.dot(yielded) > c.offset) continue;
+      hold.normal = c.normal;
+      hold.pinned = ++closed > 1;
+    }
+    return hold;
+  }
+
+  void find_clusters() {
+    std::vector<int> parent(particles.size());
+    for (std::size_t k = 0; k < parent.size(); ++k) parent[k] = static_cast<int>(k);
+    const auto root = [&](int v) { while (parent[at(v)] != v) v = parent[at(v)]; return v; };
+    double mean = 0, n = 0;
+    for (const DistanceBatch& b : layout.distances) for (std::size_t l = 0; l < kLanes; ++l) { mean += b.rest[l]; n += 1; }
+    mean /= n;
+    static const double CL = getenv("CL") ? atof(getenv("CL")) : 0.2;
+    for (const DistanceBatch& b : layout.distances) for (std::size_t l = 0; l < kLanes; ++l)
+      if (b.rest[l] < CL * mean) { int x = root(b.i[l]), y = root(b.j[l]); if (x != y) parent[at(std::max(x, y))] = std::min(x, y); }
+    std::vector<std::vector<int>> all(particles.size());
+    for (std::size_t k = 0; k < parent.size(); ++k) all[at(root(static_cast<int>(k)))].push_back(static_cast<int>(k));
+    for (auto& c : all) if (c.size() > 1) clusters.push_back(c);
+    if (getenv("VERB")) fprintf(stderr, "clusters %zu\n", clusters.size());
+  }
+  void share_holds(std::vector<Hold>& holds) const {
+    for (const auto& c : clusters) {
+      Vec3 normal = Vec3::Zero();
+      bool pinned = false;
+      for (int v : c) { normal += holds[at(v)].normal; pinned = pinned || holds[at(v)].pinned; }
+      if (!normal.isZero()) normal.normalize();
+      for (int v : c) holds[at(v)] = {normal, pinned};
+    }
+  }
+
+  /// The preconditioner at the present places, forces and contacts.
+  void measure_stiffness(const RelaxOptions& options) {
+    if (clusters.empty()) find_clusters();
+    if (!preconditioner) preconditioner.emplace(layout, particles, options.neighbourhood);
+    std::vector<double> own(particles.size(), 0.0);
+    for (std::size_t k = 0; k < particles.size(); ++k)
+      for (const Attachment& a : attachments.of(k)) own[k] += 1 / a.compliance;
+    preconditioner->measure_near(layout, particles, own);
+    std::vector<Hold> holds(particles.size());
+    for (std::size_t k = 0; k < particles.size(); ++k) holds[k] = held(k);
+    share_holds(holds);
+    preconditioner->measure_far(layout, particles, holds);
   }
 };
 

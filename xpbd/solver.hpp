@@ -48,6 +48,8 @@ struct ForceBalance {
 struct RelaxOptions {
   /// Over 1 / (row sum of the stiffness matrix): 4/3 is safe for any sheet, triangle meshes bear 2.
   double step = 1.3;
+  /// Spacing, in mean edges, of the neighbourhoods that are moved as wholes; 0: none.
+  double neighbourhood = 6;
   /// mm that a particle may move in an iteration, before contacts; 0: no limit.
   double largest_move = 0.1;
   /// mm, for the balance in the report.

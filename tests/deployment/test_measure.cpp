@@ -52,8 +52,6 @@ TEST(Measure, NothingMovedGivesZeros) {
 // circle's by at most a factor sin(2 pi/n) / (2 pi/n) for a cut through vertices; staggered rows add 2n corners between.
 TEST(Measure, TubeDiametersBeforeAndAfterAConcentricExpansion) {
   const vessels::Surface before = vessels::make_surface(vessels::idealised_vessel(tube(5)), "before");
-  auto widened = tube(6);
-  widened.edge_length = 0.5 * 6.0 / 5.0;  // the same number of points around
   TriangleMesh mesh = before.mesh;
   for (Vec3& p : mesh.points) p.head<2>() *= 6.0 / 5.0;
   const vessels::Surface after = vessels::make_surface(mesh, "after");

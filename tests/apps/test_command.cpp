@@ -1,0 +1,185 @@
+// The command as a person runs it: exit codes, messages, files, interruptions.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "tests/temporary_folder.hpp"
+#include "vessels/idealised.hpp"
+#include "vessels/surface.hpp"
+
+namespace vstent::apps {
+namespace {
+
+namespace fs = std::filesystem;
+using tests::read_text;
+using tests::TemporaryFolder;
+using tests::write_text;
+
+struct Result {
+  int exit_code = -1;
+  std::string out, err;
+};
+
+pid_t start(const TemporaryFolder& folder, const std::string& arguments) {
+  const std::string line = std::string("exec ") + VSTENT_COMMAND + " " + arguments + " >" + (folder / "out.txt").string() +
+                           " 2>" + (folder / "err.txt").string();
+  const pid_t child = fork();
+  if (child == 0) {
+    execl("/bin/sh", "sh", "-c", line.c_str(), static_cast<char*>(nullptr));
+    _exit(127);
+  }
+  return child;
+}
+
+Result vstent(const TemporaryFolder& folder, const std::string& arguments) {
+  const pid_t child = start(folder, arguments);
+  int status = 0;
+  waitpid(child, &status, 0);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_text(folder / "out.txt"),
+          read_text(folder / "err.txt")};
+}
+
+fs::path ideal_vessel(const TemporaryFolder& folder) {
+  vessels::IdealisedVessel vessel;
+  vessel.edge_length = 1.0;
+  const vessels::Surface surface = vessels::make_surface(vessels::idealised_vessel(vessel), "ideal");
+  const fs::path path = folder / "vessel.vtp";
+  vessels::write_surface(surface, surface.mesh.points, std::vector<char>(surface.mesh.points.size(), 0), path);
+  return path;
+}
+
+std::string stent_options(const fs::path& surface) {
+  return "deploy " + surface.string() + " --units mm --at lesion --length 24mm --diameter 10mm --no-pictures";
+}
+
+const char* const kFiles[] = {"stented.vtp", "stent.vtp",    "stent.vdb",  "centerline.vtp",
+                              "case.json",   "metrics.json", "history.csv"};
+
+TEST(Command, DeploysAndItsCaseFileGivesTheSameBytesAgain) {
+  const TemporaryFolder folder;
+  const fs::path surface = ideal_vessel(folder);
+  const Result first = vstent(folder, stent_options(surface) + " -o " + (folder / "a").string());
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_NE(first.out.find("not for clinical use"), std::string::npos);
+  EXPECT_EQ(first.err.find('\r'), std::string::npos) << "progress is for terminals";
+  for (const std::string threads : {"1", "2"}) {
+    const Result again = vstent(folder, "deploy " + (folder / "a/case.json").string() + " --no-pictures --threads " + threads +
+                                            " -o " + (folder / "b").string());
+    ASSERT_EQ(again.exit_code, 0) << again.err;
+    for (const char* file : kFiles) {
+      EXPECT_TRUE(read_text(folder / "a" / file) == read_text(folder / "b" / file)) << file << ", " << threads << " threads";
+      EXPECT_FALSE(read_text(folder / "a" / file).empty()) << file;
+    }
+  }
+  const auto metrics = nlohmann::json::parse(read_text(folder / "a/metrics.json"));
+  EXPECT_NEAR(metrics["lumen"]["opened_mean_diameter_over_target"].get<double>(), 1, 0.01);
+}
+
+TEST(Command, DrawsThePictureWhereItCan) {
+  const TemporaryFolder folder;
+  const fs::path surface = ideal_vessel(folder);
+  std::string options = stent_options(surface);
+  options.erase(options.find(" --no-pictures"), std::string(" --no-pictures").size());
+  const Result result = vstent(folder, options + " -o " + (folder / "a").string());
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  if (result.err.find("no picture") != std::string::npos) GTEST_SKIP() << "no Xvfb on this machine";
+  const std::string png = read_text(folder / "a/stages.png");
+  ASSERT_GT(png.size(), 10000u);
+  EXPECT_EQ(png.substr(1, 3), "PNG");
+}
+
+TEST(Command, AKilledRunLeavesTheOutputFolderAsItWas) {
+  const TemporaryFolder folder;
+  const fs::path surface = ideal_vessel(folder);
+  fs::create_directory(folder / "a");
+  write_text(folder / "a/metrics.json", "old");
+  for (const int signal : {SIGKILL, SIGINT, SIGTERM}) {
+    const pid_t child = start(folder, stent_options(surface) + " --save-steps 1 -o " + (folder / "a").string());
+    while (!fs::exists(folder / ("a.partial-" + std::to_string(child)) / "steps")) {
+      ASSERT_EQ(waitpid(child, nullptr, WNOHANG), 0) << "ended before it could be killed";
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    kill(child, signal);
+    int status = 0;
+    waitpid(child, &status, 0);
+    if (signal == SIGKILL) {
+      EXPECT_TRUE(WIFSIGNALED(status));
+    } else {
+      EXPECT_EQ(WEXITSTATUS(status), 130) << read_text(folder / "err.txt");
+    }
+    EXPECT_EQ(read_text(folder / "a/metrics.json"), "old");
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder / "a"), fs::directory_iterator{}), 1);
+  }
+}
+
+TEST(Command, RefusesWithOneLineAndWritesNothing) {
+  const TemporaryFolder folder;
+  const fs::path surface = ideal_vessel(folder);
+  const std::string whole = read_text(surface);
+  write_text(folder / "truncated.vtp", whole.substr(0, whole.size() / 2));
+  write_text(folder / "empty.vtp", "");
+  write_text(folder / "nan.stl",
+             "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex nan 1 0\nvertex 1 0 0\nendloop\nendfacet\n"
+             "endsolid a\n");
+  write_text(folder / "bad.json", "{ \"vessel\": ");
+  const std::string sizes = " --units mm --length 24mm --diameter 10mm";
+  const std::pair<std::string, int> cases[] = {
+      {(folder / "truncated.vtp").string() + sizes, 3},
+      {(folder / "empty.vtp").string() + sizes, 3},
+      {(folder / "nan.stl").string() + sizes, 3},
+      {(folder / "absent.stl").string() + sizes, 3},
+      {folder.path().string() + sizes, 3},
+      {(folder / "bad.json").string(), 2},
+      {surface.string() + " --units mm --length 24 --diameter 10mm", 2},
+      {surface.string() + " --length 24mm --diameter 10mm", 2},
+      {surface.string() + " --units m --length 24mm --diameter 10mm", 3},
+      {surface.string() + " --units mm --length 24mm --diameter 4mm", 4},
+      {surface.string() + " --units mm --length 70mm --diameter 10mm", 4},
+      {surface.string() + sizes + " --at 1,2", 2},
+      {surface.string() + sizes + " --no-such-option", 2},
+  };
+  for (const auto& [arguments, exit_code] : cases) {
+    const Result result = vstent(folder, "deploy " + arguments + " -o " + (folder / "result").string());
+    EXPECT_EQ(result.exit_code, exit_code) << arguments << "\n" << result.err;
+    EXPECT_TRUE(result.err.starts_with("error: ")) << arguments << "\n" << result.err;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    for (const auto& entry : fs::directory_iterator(folder.path())) {
+      EXPECT_FALSE(entry.path().filename().string().starts_with("result")) << entry.path();
+    }
+  }
+}
+
+TEST(Command, ChecksAndExtractsCenterlines) {
+  const TemporaryFolder folder;
+  const fs::path surface = ideal_vessel(folder);
+  const Result check = vstent(folder, "check " + surface.string() + " --units mm --json");
+  EXPECT_EQ(check.exit_code, 0) << check.err;
+  const auto report = nlohmann::json::parse(check.out);
+  EXPECT_TRUE(report["stentable"].get<bool>());
+  EXPECT_EQ(report["openings"].size(), 2u);
+  const Result centerline =
+      vstent(folder, "centerline " + surface.string() + " --units mm -o " + (folder / "cl.vtp").string());
+  EXPECT_EQ(centerline.exit_code, 0) << centerline.err;
+  const Result deploy = vstent(folder, stent_options(surface) + " --centerline " + (folder / "cl.vtp").string() + " -o " +
+                                           (folder / "a").string());
+  EXPECT_EQ(deploy.exit_code, 0) << deploy.err;
+}
+
+TEST(Command, HelpHasExamplesAtEveryLevel) {
+  const TemporaryFolder folder;
+  for (const std::string level : {"", "deploy", "check", "centerline", "demo"}) {
+    const Result help = vstent(folder, level + " --help");
+    EXPECT_EQ(help.exit_code, 0);
+    EXPECT_NE(help.out.find("Example"), std::string::npos) << level;
+  }
+  EXPECT_NE(vstent(folder, "--help").out.find("not for clinical use"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace vstent::apps
