@@ -31,20 +31,24 @@ void run(const Arguments& a) {
   for (const auto& branch : centerline.branches) {
     const auto [low, high] = std::minmax_element(branch.radii.begin(), branch.radii.end());
     std::cout << "branch " << branch.id << " (from "
-              << (branch.parent < 0 ? std::string("the inlet") : "branch " + std::to_string(branch.parent)) << "): "
-              << vessels::number(length(branch.points)) << " mm long, inscribed radius " << vessels::number(*low)
-              << " .. " << vessels::number(*high) << " mm, ends at " << vessels::place(branch.points.back()) << " mm\n";
+              << (branch.parent < 0 ? std::string("the inlet")
+                                    : "branch " + std::to_string(branch.parent))
+              << "): " << vessels::number(length(branch.points)) << " mm long, inscribed radius "
+              << vessels::number(*low) << " .. " << vessels::number(*high) << " mm, ends at "
+              << vessels::place(branch.points.back()) << " mm\n";
   }
 }
 
 }  // namespace
 
 void add_centerline(CLI::App& app) {
-  auto* command = app.add_subcommand("centerline", "Extract lumen centerlines with radii and branch ids");
+  auto* command =
+      app.add_subcommand("centerline", "Extract lumen centerlines with radii and branch ids");
   auto a = std::make_shared<Arguments>();
   command->add_option("surface", a->input, "Lumen surface (.vtp .vtk .stl .obj)")->required();
   command->add_option("--units", a->units, "Length unit of the surface: mm, cm or m")->required();
-  command->add_option("-o,--out", a->out, "The centerline file (.vtp), in the same unit")->required();
+  command->add_option("-o,--out", a->out, "The centerline file (.vtp), in the same unit")
+      ->required();
   a->threads.add_option(*command);
   command->footer("Example:\n  vstent centerline wall.stl --units mm -o cl.vtp");
   command->callback([a] { run(*a); });

@@ -19,10 +19,14 @@ using vessels::number;
 
 const char* word(Finding::Severity severity) {
   switch (severity) {
-    case Finding::Severity::note: return "note";
-    case Finding::Severity::repaired: return "repaired";
-    case Finding::Severity::warning: return "warning";
-    case Finding::Severity::error: return "error";
+    case Finding::Severity::note:
+      return "note";
+    case Finding::Severity::repaired:
+      return "repaired";
+    case Finding::Severity::warning:
+      return "warning";
+    case Finding::Severity::error:
+      return "error";
   }
   return "";
 }
@@ -39,15 +43,18 @@ nlohmann::ordered_json to_json(const vessels::Surface& surface, const CheckRepor
   json["unused_points"] = report.unused_points;
   json["duplicate_points"] = report.duplicate_points;
   json["bounds_mm"] = {point(report.bounds.lower), point(report.bounds.upper)};
-  json["edge_mm"] = {{"min", report.edge_min}, {"median", report.edge_median}, {"max", report.edge_max}};
+  json["edge_mm"] = {
+      {"min", report.edge_min}, {"median", report.edge_median}, {"max", report.edge_max}};
   json["closed"] = report.closed;
   json["openings"] = nlohmann::ordered_json::array();
   for (const auto& opening : report.openings) {
-    json["openings"].push_back(
-        {{"centre_mm", point(opening.centre)}, {"diameter_mm", opening.diameter}, {"vertices", opening.vertices}});
+    json["openings"].push_back({{"centre_mm", point(opening.centre)},
+                                {"diameter_mm", opening.diameter},
+                                {"vertices", opening.vertices}});
   }
   json["triangles_per_face"] = nlohmann::ordered_json::object();
-  for (const auto& [face, count] : report.triangles_per_face) json["triangles_per_face"][std::to_string(face)] = count;
+  for (const auto& [face, count] : report.triangles_per_face)
+    json["triangles_per_face"][std::to_string(face)] = count;
   json["findings"] = nlohmann::ordered_json::array();
   for (const Finding& finding : report.findings) {
     json["findings"].push_back({{"severity", word(finding.severity)},
@@ -61,22 +68,27 @@ nlohmann::ordered_json to_json(const vessels::Surface& surface, const CheckRepor
 void print(const vessels::Surface& surface, const CheckReport& report) {
   const Vec3 size = report.bounds.upper - report.bounds.lower;
   std::cout << surface.path << '\n'
-            << "  size       " << number(size.x()) << " x " << number(size.y()) << " x " << number(size.z()) << " mm\n"
-            << "  mesh       " << report.points << " points, " << report.triangles << " triangles, edges "
-            << number(report.edge_min) << " .. " << number(report.edge_median) << " (median) .. "
-            << number(report.edge_max) << " mm\n"
-            << "  surface    " << (report.closed ? "closed" : "open, " + vessels::counted(report.openings.size(), "opening"))
+            << "  size       " << number(size.x()) << " x " << number(size.y()) << " x "
+            << number(size.z()) << " mm\n"
+            << "  mesh       " << report.points << " points, " << report.triangles
+            << " triangles, edges " << number(report.edge_min) << " .. "
+            << number(report.edge_median) << " (median) .. " << number(report.edge_max) << " mm\n"
+            << "  surface    "
+            << (report.closed ? "closed"
+                              : "open, " + vessels::counted(report.openings.size(), "opening"))
             << '\n';
   for (const auto& opening : report.openings) {
-    std::cout << "    opening  " << number(opening.diameter) << " mm wide at " << vessels::place(opening.centre)
-              << " mm, " << opening.vertices << " vertices\n";
+    std::cout << "    opening  " << number(opening.diameter) << " mm wide at "
+              << vessels::place(opening.centre) << " mm, " << opening.vertices << " vertices\n";
   }
   if (!report.triangles_per_face.empty()) {
     std::cout << "  faces     ";
-    for (const auto& [face, count] : report.triangles_per_face) std::cout << ' ' << face << " (" << count << " triangles)";
+    for (const auto& [face, count] : report.triangles_per_face)
+      std::cout << ' ' << face << " (" << count << " triangles)";
     std::cout << '\n';
   }
-  for (const Finding& finding : report.findings) std::cout << "  " << word(finding.severity) << ": " << finding.text << '\n';
+  for (const Finding& finding : report.findings)
+    std::cout << "  " << word(finding.severity) << ": " << finding.text << '\n';
   std::cout << (report.stentable() ? "  can be stented\n" : "  cannot be stented\n");
 }
 

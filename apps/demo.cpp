@@ -41,20 +41,25 @@ void run(const Arguments& a) {
     const fs::path folder = fs::path(a.out) / example.name;
     fs::create_directories(folder);
     const fs::path wall = folder / "vessel.vtp";
-    const vessels::Surface surface = vessels::make_surface(vessels::idealised_vessel(example.vessel), example.name);
-    vessels::write_surface(surface, surface.mesh.points, std::vector<char>(surface.mesh.points.size(), 0), wall);
+    const vessels::Surface surface =
+        vessels::make_surface(vessels::idealised_vessel(example.vessel), example.name);
+    vessels::write_surface(surface, surface.mesh.points,
+                           std::vector<char>(surface.mesh.points.size(), 0), wall);
     const nlohmann::json specification = {
         {"vessel", {{"surface", wall.string()}, {"units", "mm"}}},
-        {"stent", {{"at", "lesion"}, {"length", "24mm"}, {"diameter", "10mm"}, {"cell", example.cell}}}};
+        {"stent",
+         {{"at", "lesion"}, {"length", "24mm"}, {"diameter", "10mm"}, {"cell", example.cell}}}};
     std::cout << "== " << example.title << '\n';
-    run_case(deployment::parse_case(specification, "demo", fs::current_path()), folder / "result", a.run);
+    run_case(deployment::parse_case(specification, "demo", fs::current_path()), folder / "result",
+             a.run);
   }
 }
 
 }  // namespace
 
 void add_demo(CLI::App& app) {
-  auto* command = app.add_subcommand("demo", std::string("Stent two idealised vessels (nothing is downloaded). ") + kDisclaimer);
+  auto* command = app.add_subcommand(
+      "demo", std::string("Stent two idealised vessels (nothing is downloaded). ") + kDisclaimer);
   auto a = std::make_shared<Arguments>();
   command->add_option("-o,--out", a->out, "Folder for vessels and results")->capture_default_str();
   a->threads.add_option(*command);

@@ -21,7 +21,9 @@ struct Arguments {
   ThreadLimit threads;
 };
 
-std::string fail_text(const std::string& option, const std::string& what) { return "command line: " + option + ": " + what; }
+std::string fail_text(const std::string& option, const std::string& what) {
+  return "command line: " + option + ": " + what;
+}
 
 /// "x,y,z", "lesion", or "branch:arc length" such as 2:12mm.
 json location(const std::string& at) {
@@ -50,15 +52,19 @@ json location(const std::string& at) {
     begin = comma + 1;
   }
   if (point.size() != 3) {
-    throw Error(ExitCode::usage, fail_text("--at", "must be x,y,z in the surface's unit, `lesion`, or branch:arc length "
-                                                   "such as 2:12mm, is \"" + at + "\""));
+    throw Error(ExitCode::usage,
+                fail_text("--at",
+                          "must be x,y,z in the surface's unit, `lesion`, or branch:arc length "
+                          "such as 2:12mm, is \"" +
+                              at + "\""));
   }
   return point;
 }
 
 deployment::Case case_from_options(const Arguments& a) {
   const auto require = [](const std::string& value, const char* option, const char* what) {
-    if (value.empty()) throw Error(ExitCode::usage, fail_text(option, std::string("is missing: ") + what));
+    if (value.empty())
+      throw Error(ExitCode::usage, fail_text(option, std::string("is missing: ") + what));
   };
   require(a.units, "--units", "the surface's length unit, mm, cm or m");
   require(a.length, "--length", "the stent's length, such as 30mm");
@@ -66,22 +72,29 @@ deployment::Case case_from_options(const Arguments& a) {
   json specification;
   specification["vessel"] = {{"surface", a.input}, {"units", a.units}};
   if (!a.centerline.empty()) specification["vessel"]["centerline"] = a.centerline;
-  specification["stent"] = {
-      {"at", location(a.at.empty() ? "lesion" : a.at)}, {"length", a.length}, {"diameter", a.diameter}};
+  specification["stent"] = {{"at", location(a.at.empty() ? "lesion" : a.at)},
+                            {"length", a.length},
+                            {"diameter", a.diameter}};
   if (!a.cell.empty()) specification["stent"]["cell"] = a.cell;
   if (!a.shape.empty()) specification["stent"]["shape"] = a.shape;
   if (a.straightening >= 0) specification["stent"]["straightening"] = a.straightening;
   if (!a.wall.empty()) specification["wall"]["preset"] = a.wall;
-  return deployment::parse_case(specification, deployment::kCommandLine, std::filesystem::current_path());
+  return deployment::parse_case(specification, deployment::kCommandLine,
+                                std::filesystem::current_path());
 }
 
 void run(const Arguments& a) {
   a.threads.apply();
   const bool case_file = std::filesystem::path(a.input).extension() == ".json";
-  if (case_file && !(a.units + a.at + a.length + a.diameter + a.cell + a.centerline + a.shape + a.wall).empty()) {
-    throw Error(ExitCode::usage, fail_text(a.input, "a case file says everything itself; leave the stent's options out"));
+  if (case_file &&
+      !(a.units + a.at + a.length + a.diameter + a.cell + a.centerline + a.shape + a.wall)
+           .empty()) {
+    throw Error(
+        ExitCode::usage,
+        fail_text(a.input, "a case file says everything itself; leave the stent's options out"));
   }
-  deployment::Case specification = case_file ? deployment::read_case(a.input) : case_from_options(a);
+  deployment::Case specification =
+      case_file ? deployment::read_case(a.input) : case_from_options(a);
   if (a.save_steps >= 0) specification.save_steps = a.save_steps;
   run_case(specification, a.out, a.run);
 }
@@ -89,30 +102,45 @@ void run(const Arguments& a) {
 }  // namespace
 
 void add_deploy(CLI::App& app) {
-  auto* command = app.add_subcommand("deploy", std::string("Deploy a stent in a lumen surface. ") + kDisclaimer);
+  auto* command = app.add_subcommand(
+      "deploy", std::string("Deploy a stent in a lumen surface. ") + kDisclaimer);
   auto a = std::make_shared<Arguments>();
-  command->add_option("input", a->input, "CASE.json, or the lumen surface (.vtp .vtk .stl .obj)")->required();
+  command->add_option("input", a->input, "CASE.json, or the lumen surface (.vtp .vtk .stl .obj)")
+      ->required();
   command->add_option("-o,--out", a->out, "Folder for the results")->capture_default_str();
   command->add_option("--units", a->units, "Length unit of the surface: mm, cm or m");
-  command->add_option("--at", a->at, "x,y,z in the surface's unit | lesion | branch:arc-length (2:12mm); default lesion");
+  command->add_option(
+      "--at", a->at,
+      "x,y,z in the surface's unit | lesion | branch:arc-length (2:12mm); default lesion");
   command->add_option("--length", a->length, "Stent length with unit (30mm)");
-  command->add_option("--diameter", a->diameter, "Lumen diameter to reach with unit (11mm), or auto");
-  command->add_option("--cell", a->cell, "open (follows the vessel, default) or closed (straightens it)");
-  command->add_option("--straightening", a->straightening, "Closed cells: 0 follows .. 1 straight (default)");
-  command->add_option("--centerline", a->centerline, "Centerline file (VMTK, SimVascular, polyline); default: extracted");
-  command->add_option("--shape", a->shape, "tube (default), capsule (round ends), paper (union of cylinders)");
-  command->add_option("--wall", a->wall, "elastic (default) or paper (its constants, soft contact)");
-  command->add_option("--save-steps", a->save_steps, "Save every N-th step for ParaView (steps.pvd)")
+  command->add_option("--diameter", a->diameter,
+                      "Lumen diameter to reach with unit (11mm), or auto");
+  command->add_option("--cell", a->cell,
+                      "open (follows the vessel, default) or closed (straightens it)");
+  command->add_option("--straightening", a->straightening,
+                      "Closed cells: 0 follows .. 1 straight (default)");
+  command->add_option("--centerline", a->centerline,
+                      "Centerline file (VMTK, SimVascular, polyline); default: extracted");
+  command->add_option("--shape", a->shape,
+                      "tube (default), capsule (round ends), paper (union of cylinders)");
+  command->add_option("--wall", a->wall,
+                      "elastic (default) or paper (its constants, soft contact)");
+  command
+      ->add_option("--save-steps", a->save_steps, "Save every N-th step for ParaView (steps.pvd)")
       ->check(CLI::NonNegativeNumber);
-  command->add_flag("--allow-unconverged", a->run.allow_unconverged, "Keep a result whose forces do not balance");
+  command->add_flag("--allow-unconverged", a->run.allow_unconverged,
+                    "Keep a result whose forces do not balance");
   command->add_flag("!--no-pictures", a->run.pictures, "Do not draw stages.png");
   a->threads.add_option(*command);
   command->footer(
       "Examples:\n"
-      "  vstent deploy wall.stl --units mm --at 0.36,0.16,-3.78 --length 30mm --diameter 11mm -o OUT\n"
-      "  vstent deploy graft.vtp --units cm --at lesion --length 3cm --diameter auto --cell closed -o OUT\n"
+      "  vstent deploy wall.stl --units mm --at 0.36,0.16,-3.78 --length 30mm --diameter 11mm -o "
+      "OUT\n"
+      "  vstent deploy graft.vtp --units cm --at lesion --length 3cm --diameter auto --cell closed "
+      "-o OUT\n"
       "  vstent deploy OUT/case.json -o AGAIN        the same bytes again\n"
-      "OUT holds stented.vtp, stent.vtp, stent.vdb, centerline.vtp, case.json, metrics.json, history.csv, stages.png.");
+      "OUT holds stented.vtp, stent.vtp, stent.vdb, centerline.vtp, case.json, metrics.json, "
+      "history.csv, stages.png.");
   command->callback([a] { run(*a); });
 }
 

@@ -24,7 +24,8 @@ std::string find_program(const std::string& name) {
   return {};
 }
 
-/// The display number that the server writes once it is ready; empty when it does not within `timeout_ms`.
+/// The display number that the server writes once it is ready; empty when it does not within
+/// `timeout_ms`.
 std::string read_display_number(int descriptor, int timeout_ms) {
   std::string number;
   pollfd waiting{descriptor, POLLIN, 0};
@@ -61,8 +62,8 @@ OffscreenDisplay::OffscreenDisplay() {
     const int nothing = open("/dev/null", O_RDWR);
     dup2(nothing, STDOUT_FILENO);
     dup2(nothing, STDERR_FILENO);
-    execl(program.c_str(), "Xvfb", "-displayfd", number_goes_to.c_str(), "-screen", "0", "1600x1200x24", "-nolisten",
-          "tcp", static_cast<char*>(nullptr));
+    execl(program.c_str(), "Xvfb", "-displayfd", number_goes_to.c_str(), "-screen", "0",
+          "1600x1200x24", "-nolisten", "tcp", static_cast<char*>(nullptr));
     _exit(127);
   }
   close(channel[1]);

@@ -7,8 +7,8 @@
 
 namespace vstent::apps {
 
-/// While it lives, DISPLAY names an X server to render on off screen: an Xvfb of its own where that program is found,
-/// otherwise the one that was set already.
+/// While it lives, DISPLAY names an X server to render on off screen: an Xvfb of its own where that
+/// program is found, otherwise the one that was set already.
 class OffscreenDisplay {
  public:
   OffscreenDisplay();

@@ -12,14 +12,16 @@
 namespace {
 
 int run(int argc, char** argv) {
-  CLI::App app(std::string("vstent: deploy stents, virtually, in patient-specific vessel surfaces.\n") +
-               vstent::apps::kDisclaimer);
+  CLI::App app(
+      std::string("vstent: deploy stents, virtually, in patient-specific vessel surfaces.\n") +
+      vstent::apps::kDisclaimer);
   app.require_subcommand(1);
   app.set_version_flag("--version", VSTENT_VERSION);
   app.get_formatter()->column_width(34);
   app.footer(
       "Examples:\n"
-      "  vstent deploy wall.stl --units mm --at 0.36,0.16,-3.78 --length 30mm --diameter 11mm -o OUT\n"
+      "  vstent deploy wall.stl --units mm --at 0.36,0.16,-3.78 --length 30mm --diameter 11mm -o "
+      "OUT\n"
       "  vstent deploy case.json -o OUT\n"
       "  vstent check wall.stl --units mm\n"
       "  vstent centerline wall.stl --units mm -o cl.vtp\n"

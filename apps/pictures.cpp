@@ -42,11 +42,13 @@ struct View {
   double height = 0;
 };
 
-vtkNew<vtkActor> actor_for(const TriangleMesh& mesh, double red, double green, double blue, double opacity) {
+vtkNew<vtkActor> actor_for(const TriangleMesh& mesh, double red, double green, double blue,
+                           double opacity) {
   vtkNew<vtkPoints> points;
   points->SetDataTypeToDouble();
   points->SetNumberOfPoints(static_cast<vtkIdType>(mesh.points.size()));
-  for (std::size_t i = 0; i < mesh.points.size(); ++i) points->SetPoint(static_cast<vtkIdType>(i), mesh.points[i].data());
+  for (std::size_t i = 0; i < mesh.points.size(); ++i)
+    points->SetPoint(static_cast<vtkIdType>(i), mesh.points[i].data());
   vtkNew<vtkCellArray> cells;
   for (const Triangle& t : mesh.triangles) cells->InsertNextCell({t[0], t[1], t[2]});
   vtkNew<vtkPolyData> data;
@@ -77,14 +79,16 @@ View view_of(const deployment::Setup& setup) {
   mean /= static_cast<double>(setup.placement.way.points.size());
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
   Box box;
-  for (const int v : setup.region.vertices) box.include(setup.surface.mesh.points[static_cast<std::size_t>(v)]);
+  for (const int v : setup.region.vertices)
+    box.include(setup.surface.mesh.points[static_cast<std::size_t>(v)]);
   for (const Vec3& p : setup.placement.way.points) {
     Vec3 across = p - mean;
     across -= across.dot(view.up) * view.up;
     spread += across * across.transpose();
   }
   spread += 1e-6 * spread.trace() * Eigen::Matrix3d::Identity();
-  // Of the directions across the axis, the way spreads widest along the last eigenvector: that one lies in the picture.
+  // Of the directions across the axis, the way spreads widest along the last eigenvector: that one
+  // lies in the picture.
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(spread);
   Vec3 sideways = solver.eigenvectors().col(2);
   if (spread.trace() < 1e-9) sideways = view.up.unitOrthogonal();
@@ -131,26 +135,28 @@ void scale_bar(vtkRenderer* renderer, const View& view) {
   const Vec3 corner = view.centre - 0.46 * view.height * view.up -
                       0.46 * kPanelWidth * per_pixel * right - 5 * view.height * view.direction;
   const Vec3 thickness = 4 * per_pixel * view.up;
-  const TriangleMesh strip{{corner, corner + bar * right, corner + bar * right + thickness, corner + thickness},
-                           {{0, 1, 2}, {0, 2, 3}}};
+  const TriangleMesh strip{
+      {corner, corner + bar * right, corner + bar * right + thickness, corner + thickness},
+      {{0, 1, 2}, {0, 2, 3}}};
   auto actor = actor_for(strip, 0.1, 0.1, 0.1, 1.0);
   actor->GetProperty()->LightingOff();
   renderer->AddActor(actor);
   char text[40];
   std::snprintf(text, sizeof text, "%g mm", bar);
-  label(renderer, text, static_cast<int>(0.04 * kPanelWidth), static_cast<int>(0.055 * kPanelHeight), 22);
+  label(renderer, text, static_cast<int>(0.04 * kPanelWidth),
+        static_cast<int>(0.055 * kPanelHeight), 22);
 }
 
 TriangleMesh stent_surface(const deployment::Setup& setup, const deployment::StentState& state) {
-  const sdf::Solid tube =
-      sdf::make_tube(state.axis, state.radii, setup.specification.shape == deployment::Shape::capsule);
+  const sdf::Solid tube = sdf::make_tube(state.axis, state.radii,
+                                         setup.specification.shape == deployment::Shape::capsule);
   return sdf::voxelise(tube, {*setup.specification.voxel_size, 3}).surface();
 }
 
 }  // namespace
 
-void draw_stages(const deployment::Setup& setup, const deployment::Outcome& outcome, std::span<const Vec3> midway,
-                 const std::filesystem::path& png) {
+void draw_stages(const deployment::Setup& setup, const deployment::Outcome& outcome,
+                 std::span<const Vec3> midway, const std::filesystem::path& png) {
   const OffscreenDisplay display;
   if (!display.available()) {
     std::cerr << "warning: no picture: " << display.reason() << '\n';
@@ -161,8 +167,9 @@ void draw_stages(const deployment::Setup& setup, const deployment::Outcome& outc
     wall[1].points[static_cast<std::size_t>(setup.region.vertices[i])] = midway[i];
   }
   wall[2].points = outcome.positions;
-  const deployment::StentState stent[kPanels] = {
-      deployment::stent_state(setup, 0), deployment::stent_state(setup, 0.5), {outcome.axis, outcome.radii}};
+  const deployment::StentState stent[kPanels] = {deployment::stent_state(setup, 0),
+                                                 deployment::stent_state(setup, 0.5),
+                                                 {outcome.axis, outcome.radii}};
   const char* const titles[kPanels] = {"before", "midway", "after"};
 
   const View view = view_of(setup);
@@ -173,7 +180,8 @@ void draw_stages(const deployment::Setup& setup, const deployment::Outcome& outc
   window->SetAlphaBitPlanes(1);
   for (int k = 0; k < kPanels; ++k) {
     vtkNew<vtkRenderer> renderer;
-    renderer->SetViewport(static_cast<double>(k) / kPanels, 0, static_cast<double>(k + 1) / kPanels, 1);
+    renderer->SetViewport(static_cast<double>(k) / kPanels, 0, static_cast<double>(k + 1) / kPanels,
+                          1);
     renderer->SetBackground(1, 1, 1);
     renderer->SetUseDepthPeeling(1);
     renderer->SetMaximumNumberOfPeels(8);
@@ -182,9 +190,11 @@ void draw_stages(const deployment::Setup& setup, const deployment::Outcome& outc
     renderer->AddActor(wall_actor);
     auto stent_actor = actor_for(stent_surface(setup, stent[k]), 0.45, 0.52, 0.60, 1.0);
     renderer->AddActor(stent_actor);
-    label(renderer, titles[k], static_cast<int>(0.04 * kPanelWidth), static_cast<int>(0.94 * kPanelHeight), 30);
+    label(renderer, titles[k], static_cast<int>(0.04 * kPanelWidth),
+          static_cast<int>(0.94 * kPanelHeight), 30);
     scale_bar(renderer, view);
-    if (k == kPanels - 1) label(renderer, kDisclaimer, static_cast<int>(0.45 * kPanelWidth), 12, 16);
+    if (k == kPanels - 1)
+      label(renderer, kDisclaimer, static_cast<int>(0.45 * kPanelWidth), 12, 16);
     window->AddRenderer(renderer);
     aim(renderer, view);
   }

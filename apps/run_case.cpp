@@ -22,7 +22,8 @@ std::string formatted(const char* format, double a, double b = 0, double c = 0) 
 void print_findings(const deployment::Setup& setup) {
   for (const vessels::Finding& finding : setup.check.findings) {
     if (finding.severity == vessels::Finding::Severity::note) continue;
-    std::cerr << (finding.severity == vessels::Finding::Severity::repaired ? "repaired: " : "warning: ")
+    std::cerr << (finding.severity == vessels::Finding::Severity::repaired ? "repaired: "
+                                                                           : "warning: ")
               << finding.text << '\n';
   }
   for (const std::string& warning : setup.warnings) std::cerr << "warning: " << warning << '\n';
@@ -30,16 +31,19 @@ void print_findings(const deployment::Setup& setup) {
 
 void print_summary(const deployment::Setup& setup, const deployment::Outcome& outcome,
                    const deployment::Metrics& m, const std::filesystem::path& out) {
-  std::cout << formatted("narrowest lumen   %.2f -> %.2f mm (equivalent diameter; stent %.2f mm)\n", m.narrowest_before,
-                         m.narrowest_after, *setup.specification.diameter);
+  std::cout << formatted("narrowest lumen   %.2f -> %.2f mm (equivalent diameter; stent %.2f mm)\n",
+                         m.narrowest_before, m.narrowest_after, *setup.specification.diameter);
   if (m.stenosis_before) {
-    std::cout << formatted("stenosis          %.0f -> %.0f %% of a reference lumen of %.2f mm\n", *m.stenosis_before,
-                           *m.stenosis_after, setup.placement.reference_diameter);
+    std::cout << formatted("stenosis          %.0f -> %.0f %% of a reference lumen of %.2f mm\n",
+                           *m.stenosis_before, *m.stenosis_after,
+                           setup.placement.reference_diameter);
   }
   std::cout << formatted("bend of the stent %.1f -> %.1f deg\n", m.bend_before, m.bend_after);
-  std::cout << formatted("mesh              %.0f inverted triangles, %.0f new self-intersections, %.0f vertices moved\n",
-                         static_cast<double>(m.inverted_triangles), static_cast<double>(m.new_self_intersections),
-                         static_cast<double>(m.moved_vertices));
+  std::cout << formatted(
+      "mesh              %.0f inverted triangles, %.0f new self-intersections, %.0f vertices "
+      "moved\n",
+      static_cast<double>(m.inverted_triangles), static_cast<double>(m.new_self_intersections),
+      static_cast<double>(m.moved_vertices));
   std::cout << formatted("force balance     %.2g of the mean contact force after %.0f steps\n",
                          outcome.history.back().residual, outcome.history.back().step);
   std::cout << "result            " << out.string() << '\n' << kDisclaimer << '\n';
@@ -48,15 +52,17 @@ void print_summary(const deployment::Setup& setup, const deployment::Outcome& ou
 /// The geometry handed on must be sound; what is not sound is refused with its numbers.
 void require_sound(const deployment::Metrics& m, const std::filesystem::path& surface) {
   if (m.inverted_triangles == 0 && m.new_self_intersections == 0) return;
-  throw Error(ExitCode::numerical, surface.string() + ": the stented surface is damaged (" +
-                                       std::to_string(m.inverted_triangles) + " inverted triangles, " +
-                                       std::to_string(m.new_self_intersections) +
-                                       " new self-intersections); try a smaller diameter or growth_per_step");
+  throw Error(ExitCode::numerical,
+              surface.string() + ": the stented surface is damaged (" +
+                  std::to_string(m.inverted_triangles) + " inverted triangles, " +
+                  std::to_string(m.new_self_intersections) +
+                  " new self-intersections); try a smaller diameter or growth_per_step");
 }
 
 }  // namespace
 
-void run_case(const deployment::Case& specification, const std::filesystem::path& out, const RunOptions& options) {
+void run_case(const deployment::Case& specification, const std::filesystem::path& out,
+              const RunOptions& options) {
   deployment::ResultFolder folder(out);
   Progress progress;
   progress.show("reading and placing ...");
@@ -69,12 +75,15 @@ void run_case(const deployment::Case& specification, const std::filesystem::path
   const int growth = deployment::growth_steps(setup);
   const int save_every = setup.specification.save_steps;
   const auto observe = [&](const deployment::StepRecord& record, std::span<const Vec3> positions) {
-    progress.show(record.settling
-                      ? formatted("settling: step %.0f, forces balanced to %.2g of the contact force", record.step,
-                                  record.residual)
-                      : formatted("growing: step %.0f of %.0f, radius %.2f mm", record.step, growth, record.radius));
+    progress.show(
+        record.settling
+            ? formatted("settling: step %.0f, forces balanced to %.2g of the contact force",
+                        record.step, record.residual)
+            : formatted("growing: step %.0f of %.0f, radius %.2f mm", record.step, growth,
+                        record.radius));
     if (record.step == (growth + 1) / 2) midway.assign(positions.begin(), positions.end());
-    if (save_every > 0 && !record.settling && (record.step % save_every == 0 || record.step == growth)) {
+    if (save_every > 0 && !record.settling &&
+        (record.step % save_every == 0 || record.step == growth)) {
       saver.save(record, positions);
     }
     return !interrupted();
@@ -82,11 +91,13 @@ void run_case(const deployment::Case& specification, const std::filesystem::path
   const deployment::Outcome outcome = deployment::deploy(setup, observe);
   progress.clear();
   if (!outcome.converged) {
-    const std::string what = "forces are balanced only to " + formatted("%.2g", outcome.history.back().residual) +
-                             " of the contact force after " + std::to_string(outcome.history.back().step) +
-                             " steps (tolerance " + formatted("%.2g", *setup.specification.tolerance) + ")";
+    const std::string what =
+        "forces are balanced only to " + formatted("%.2g", outcome.history.back().residual) +
+        " of the contact force after " + std::to_string(outcome.history.back().step) +
+        " steps (tolerance " + formatted("%.2g", *setup.specification.tolerance) + ")";
     if (!options.allow_unconverged) {
-      throw Error(ExitCode::numerical, what + "; raise /solver/max_settling_steps or pass --allow-unconverged");
+      throw Error(ExitCode::numerical,
+                  what + "; raise /solver/max_settling_steps or pass --allow-unconverged");
     }
     std::cerr << "warning: " << what << '\n';
   }

@@ -13,8 +13,9 @@ struct RunOptions {
   bool pictures = true;  ///< stages.png: before, midway, after
 };
 
-/// Prepares, deploys, writes, measures, publishes; progress on standard error, the summary on standard output.
-/// \throws Error
-void run_case(const deployment::Case& specification, const std::filesystem::path& out, const RunOptions& options);
+/// Prepares, deploys, writes, measures, publishes; progress on standard error, the summary on
+/// standard output. \throws Error
+void run_case(const deployment::Case& specification, const std::filesystem::path& out,
+              const RunOptions& options);
 
 }  // namespace vstent::apps

@@ -45,15 +45,17 @@ void Progress::clear() {
 }
 
 void ThreadLimit::add_option(CLI::App& command) {
-  command.add_option("--threads", threads_, "Threads to use (results do not depend on it); default: all")
+  command
+      .add_option("--threads", threads_,
+                  "Threads to use (results do not depend on it); default: all")
       ->check(CLI::Range(1, 1024));
 }
 
 void ThreadLimit::apply() const {
   static std::unique_ptr<oneapi::tbb::global_control> limit;
   if (threads_ > 0) {
-    limit = std::make_unique<oneapi::tbb::global_control>(oneapi::tbb::global_control::max_allowed_parallelism,
-                                                          static_cast<std::size_t>(threads_));
+    limit = std::make_unique<oneapi::tbb::global_control>(
+        oneapi::tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads_));
   }
 }
 

@@ -17,7 +17,8 @@ namespace {
 using nlohmann::json;
 using vessels::LengthUnit;
 
-/// A key as the person wrote it: on the command line the last part of the path is the option's name.
+/// A key as the person wrote it: on the command line the last part of the path is the option's
+/// name.
 std::string named(const std::string& source, const std::string& key) {
   if (source != kCommandLine) return source + ": " + key;
   const std::string last = key.substr(key.rfind('/') + 1);
@@ -54,7 +55,8 @@ class ObjectReader {
  public:
   ObjectReader(const json& object, std::string source, std::string prefix)
       : object_(object), source_(std::move(source)), prefix_(std::move(prefix)) {
-    if (!object.is_object()) fail(source_, prefix_.empty() ? "/" : prefix_, "must be an object { ... }");
+    if (!object.is_object())
+      fail(source_, prefix_.empty() ? "/" : prefix_, "must be an object { ... }");
   }
 
   const json* find(const std::string& key) {
@@ -63,7 +65,9 @@ class ObjectReader {
     return found == object_.end() || found->is_null() ? nullptr : &*found;
   }
   std::string key(const std::string& name) const { return prefix_ + "/" + name; }
-  [[noreturn]] void refuse(const std::string& name, const std::string& what) const { fail(source_, key(name), what); }
+  [[noreturn]] void refuse(const std::string& name, const std::string& what) const {
+    fail(source_, key(name), what);
+  }
 
   std::optional<std::string> text(const std::string& name) {
     const json* value = find(name);
@@ -76,7 +80,8 @@ class ObjectReader {
   std::optional<double> length(const std::string& name, bool zero_allowed = false) {
     const json* value = find(name);
     if (!value) return std::nullopt;
-    if (!value->is_string()) refuse(name, "must be a length with its unit, such as \"11mm\", is " + value->dump());
+    if (!value->is_string())
+      refuse(name, "must be a length with its unit, such as \"11mm\", is " + value->dump());
     const double millimetres = parse(value->get<std::string>(), name);
     if (!(millimetres > 0) && !(zero_allowed && millimetres == 0)) {
       refuse(name, "must be positive, is " + value->get<std::string>());
@@ -84,19 +89,22 @@ class ObjectReader {
     return millimetres;
   }
 
-  std::optional<double> number(const std::string& name, double low, double high, const std::string& allowed) {
+  std::optional<double> number(const std::string& name, double low, double high,
+                               const std::string& allowed) {
     const json* value = find(name);
     if (!value) return std::nullopt;
     if (!value->is_number()) refuse(name, "must be a number " + allowed + ", is " + value->dump());
     const double number = value->get<double>();
-    if (!(number >= low && number <= high)) refuse(name, "must be " + allowed + ", is " + value->dump());
+    if (!(number >= low && number <= high))
+      refuse(name, "must be " + allowed + ", is " + value->dump());
     return number;
   }
 
   std::optional<int> integer(const std::string& name, int low, int high) {
     const json* value = find(name);
     if (!value) return std::nullopt;
-    const std::string allowed = "a whole number from " + std::to_string(low) + " to " + std::to_string(high);
+    const std::string allowed =
+        "a whole number from " + std::to_string(low) + " to " + std::to_string(high);
     if (!value->is_number_integer()) refuse(name, "must be " + allowed + ", is " + value->dump());
     const auto number = value->get<std::int64_t>();
     if (number < low || number > high) refuse(name, "must be " + allowed + ", is " + value->dump());
@@ -104,7 +112,8 @@ class ObjectReader {
   }
 
   template <class Value>
-  std::optional<Value> choice(const std::string& name, const std::vector<std::pair<std::string, Value>>& choices) {
+  std::optional<Value> choice(const std::string& name,
+                              const std::vector<std::pair<std::string, Value>>& choices) {
     const auto given = text(name);
     if (!given) return std::nullopt;
     std::string allowed;
@@ -134,7 +143,8 @@ class ObjectReader {
         const std::size_t distance = edit_distance(name, known);
         if (distance < best) best = distance, nearest = known;
       }
-      refuse(name, "unknown key" + (nearest.empty() ? std::string() : "; did you mean \"" + nearest + "\"?"));
+      refuse(name, "unknown key" +
+                       (nearest.empty() ? std::string() : "; did you mean \"" + nearest + "\"?"));
     }
   }
 
@@ -157,16 +167,20 @@ const std::vector<std::pair<std::string, stents::Cell>> kCells = {{"open", stent
                                                                   {"closed", stents::Cell::closed}};
 template <class Value>
 std::string word_for(const std::vector<std::pair<std::string, Value>>& choices, Value value) {
-  return std::find_if(choices.begin(), choices.end(), [&](const auto& c) { return c.second == value; })->first;
+  return std::find_if(choices.begin(), choices.end(),
+                      [&](const auto& c) { return c.second == value; })
+      ->first;
 }
 
 Location parse_location(ObjectReader& stent) {
   const json* at = stent.find("at");
-  stent.require(at, "at", "a point [x, y, z], \"lesion\", or {\"branch\": 0, \"arc_length\": \"12mm\"}");
+  stent.require(at, "at",
+                "a point [x, y, z], \"lesion\", or {\"branch\": 0, \"arc_length\": \"12mm\"}");
   if (at->is_string() && at->get<std::string>() == "lesion") return Lesion{};
   if (at->is_array() && at->size() == 3 &&
       std::all_of(at->begin(), at->end(), [](const json& x) { return x.is_number(); })) {
-    const AtPoint place{Vec3((*at)[0].get<double>(), (*at)[1].get<double>(), (*at)[2].get<double>())};
+    const AtPoint place{
+        Vec3((*at)[0].get<double>(), (*at)[1].get<double>(), (*at)[2].get<double>())};
     if (!place.point.allFinite()) stent.refuse("at", "must be finite, is " + at->dump());
     return place;
   }
@@ -174,12 +188,17 @@ Location parse_location(ObjectReader& stent) {
     ObjectReader place = stent.object("at");
     const auto branch = place.integer("branch", 0, 1'000'000);
     const auto arc_length = place.length("arc_length", true);
-    place.require(branch.has_value(), "branch", "a branch id of the centerline, see `vstent centerline`");
-    place.require(arc_length.has_value(), "arc_length", "a length along the branch, such as \"12mm\"");
+    place.require(branch.has_value(), "branch",
+                  "a branch id of the centerline, see `vstent centerline`");
+    place.require(arc_length.has_value(), "arc_length",
+                  "a length along the branch, such as \"12mm\"");
     place.finish();
     return AtArcLength{*branch, *arc_length};
   }
-  stent.refuse("at", "must be a point [x, y, z], \"lesion\", or {\"branch\": ..., \"arc_length\": ...}, is " + at->dump());
+  stent.refuse(
+      "at",
+      "must be a point [x, y, z], \"lesion\", or {\"branch\": ..., \"arc_length\": ...}, is " +
+          at->dump());
 }
 
 void parse_vessel(ObjectReader vessel, const std::filesystem::path& relative_to, Case& result) {
@@ -207,7 +226,8 @@ void parse_stent(ObjectReader stent, Case& result) {
   result.length = *length;
   const json* diameter = stent.find("diameter");
   stent.require(diameter, "diameter", "the lumen diameter to reach, such as \"11mm\", or \"auto\"");
-  if (!(diameter->is_string() && diameter->get<std::string>() == "auto")) result.diameter = stent.length("diameter");
+  if (!(diameter->is_string() && diameter->get<std::string>() == "auto"))
+    result.diameter = stent.length("diameter");
   result.distal_diameter = stent.length("distal_diameter").value_or(0);
   ObjectReader flare = stent.object("flare");
   result.flare_diameter = flare.length("diameter").value_or(0);
@@ -216,15 +236,18 @@ void parse_stent(ObjectReader stent, Case& result) {
     stent.refuse("flare", "needs both diameter and length");
   }
   if (2 * result.flare_length > result.length) {
-    flare.refuse("length", length_text(result.flare_length) + " at both ends is more than the stent's " +
+    flare.refuse("length", length_text(result.flare_length) +
+                               " at both ends is more than the stent's " +
                                length_text(result.length));
   }
   flare.finish();
   result.shape = stent.choice("shape", kShapes).value_or(Shape::tube);
   result.cell = stent.choice("cell", kCells).value_or(stents::Cell::open);
-  result.straightening = stent.number("straightening", 0, 1, "from 0 (follows the vessel) to 1 (straight)");
+  result.straightening =
+      stent.number("straightening", 0, 1, "from 0 (follows the vessel) to 1 (straight)");
   if (result.cell == stents::Cell::open && result.straightening.value_or(0) > 0) {
-    stent.refuse("straightening", "an open-cell stent follows the vessel; use \"cell\": \"closed\"");
+    stent.refuse("straightening",
+                 "an open-cell stent follows the vessel; use \"cell\": \"closed\"");
   }
   stent.finish();
 }
@@ -232,11 +255,14 @@ void parse_stent(ObjectReader stent, Case& result) {
 void parse_wall(ObjectReader wall, Case& result) {
   const auto preset = wall.choice<bool>("preset", {{"paper", true}, {"elastic", false}});
   result.paper_wall = preset.value_or(false);
-  result.youngs_modulus = wall.number("youngs_modulus_MPa", 1e-6, 1e6, "a positive stiffness in MPa");
+  result.youngs_modulus =
+      wall.number("youngs_modulus_MPa", 1e-6, 1e6, "a positive stiffness in MPa");
   result.thickness = wall.length("thickness");
   result.poisson_ratio = wall.number("poisson_ratio", 0, 0.4999, "from 0 to below 0.5");
   if (result.paper_wall && (result.youngs_modulus || result.thickness || result.poisson_ratio)) {
-    wall.refuse("preset", "\"paper\" has its own constants; leave youngs_modulus_MPa, thickness and poisson_ratio out");
+    wall.refuse("preset",
+                "\"paper\" has its own constants; leave youngs_modulus_MPa, thickness and "
+                "poisson_ratio out");
   }
   wall.finish();
 }
@@ -244,7 +270,8 @@ void parse_wall(ObjectReader wall, Case& result) {
 void parse_numerics(ObjectReader& root, Case& result) {
   ObjectReader contact = root.object("contact");
   result.contact_distance = contact.length("distance");
-  result.contact_stiffness = contact.number("stiffness_N_per_mm", 1e-9, 1e12, "a positive stiffness in N/mm (leave out: rigid)");
+  result.contact_stiffness = contact.number("stiffness_N_per_mm", 1e-9, 1e12,
+                                            "a positive stiffness in N/mm (leave out: rigid)");
   contact.finish();
   ObjectReader patch = root.object("patch");
   result.patch_margin = patch.length("margin");
@@ -261,13 +288,15 @@ void parse_numerics(ObjectReader& root, Case& result) {
   result.save_steps = root.integer("save_steps", 0, 1'000'000).value_or(0);
 }
 
-/// nlohmann keeps the last of repeated keys; a repeated key in a case file is a mistake to point at.
+/// nlohmann keeps the last of repeated keys; a repeated key in a case file is a mistake to point
+/// at.
 void refuse_repeated_keys(const std::string& text, const std::string& source) {
   std::vector<std::set<std::string>> open_objects;
   const json::parser_callback_t watch = [&](int, json::parse_event_t event, json& parsed) {
     if (event == json::parse_event_t::object_start) open_objects.emplace_back();
     if (event == json::parse_event_t::object_end) open_objects.pop_back();
-    if (event == json::parse_event_t::key && !open_objects.back().insert(parsed.get<std::string>()).second) {
+    if (event == json::parse_event_t::key &&
+        !open_objects.back().insert(parsed.get<std::string>()).second) {
       fail(source, parsed.get<std::string>(), "the key appears twice in one object");
     }
     return true;
@@ -279,7 +308,8 @@ void refuse_repeated_keys(const std::string& text, const std::string& source) {
 
 std::string length_text(double millimetres) { return shortest(millimetres) + "mm"; }
 
-Case parse_case(const json& specification, const std::string& source, const std::filesystem::path& relative_to) {
+Case parse_case(const json& specification, const std::string& source,
+                const std::filesystem::path& relative_to) {
   ObjectReader root(specification, source, "");
   Case result;
   root.require(root.find("vessel"), "vessel", "{\"surface\": ..., \"units\": ...}");
@@ -308,7 +338,8 @@ Case read_case(const std::filesystem::path& path) {
   } catch (const json::parse_error& error) {
     const std::string what = error.what();
     const std::size_t at = what.find("at line");
-    throw Error(ExitCode::usage, path.string() + ": not JSON, " + (at == std::string::npos ? what : what.substr(at)));
+    throw Error(ExitCode::usage, path.string() + ": not JSON, " +
+                                     (at == std::string::npos ? what : what.substr(at)));
   }
   return parse_case(specification, path.string(), std::filesystem::absolute(path).parent_path());
 }
@@ -332,7 +363,8 @@ nlohmann::ordered_json to_json(const Case& c) {
   stent["diameter"] = c.diameter ? length_text(*c.diameter) : "auto";
   if (c.distal_diameter > 0) stent["distal_diameter"] = length_text(c.distal_diameter);
   if (c.flare_length > 0) {
-    stent["flare"] = {{"diameter", length_text(c.flare_diameter)}, {"length", length_text(c.flare_length)}};
+    stent["flare"] = {{"diameter", length_text(c.flare_diameter)},
+                      {"length", length_text(c.flare_length)}};
   }
   stent["shape"] = word_for(kShapes, c.shape);
   stent["cell"] = word_for(kCells, c.cell);

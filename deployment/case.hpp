@@ -13,31 +13,40 @@
 
 namespace vstent::deployment {
 
-struct Lesion {};                                       ///< the tightest narrowing, found
-struct AtPoint { Vec3 point = Vec3::Zero(); };          ///< nearest place on a centerline; coordinates of the surface file
-struct AtArcLength { int branch = 0; double arc_length = 0; };  ///< mm from the branch's first point
+struct Lesion {};  ///< the tightest narrowing, found
+struct AtPoint {
+  Vec3 point = Vec3::Zero();
+};  ///< nearest place on a centerline; coordinates of the surface file
+struct AtArcLength {
+  int branch = 0;
+  double arc_length = 0;
+};  ///< mm from the branch's first point
 using Location = std::variant<Lesion, AtPoint, AtArcLength>;
 
-/// `tube`: round joints, flat ends. `capsule`: round joints and ends. `paper`: the union of cylinders of eq. 18.
+/// `tube`: round joints, flat ends. `capsule`: round joints and ends. `paper`: the union of
+/// cylinders of eq. 18.
 enum class Shape { tube, capsule, paper };
 
-/// A case as a person writes it: values left out are derived from the geometry (see Setup), then written back into
-/// OUT/case.json. Lengths in mm.
+/// A case as a person writes it: values left out are derived from the geometry (see Setup), then
+/// written back into OUT/case.json. Lengths in mm.
 struct Case {
   std::filesystem::path surface;
   vessels::LengthUnit unit = vessels::LengthUnit::mm;
-  std::filesystem::path centerline;     ///< empty: extracted from the lumen
+  std::filesystem::path centerline;  ///< empty: extracted from the lumen
 
   Location at = Lesion{};
-  std::optional<int> towards;           ///< last branch of the way that the stent follows; default: the widest
+  std::optional<int>
+      towards;  ///< last branch of the way that the stent follows; default: the widest
   double length = 0;
-  std::optional<double> diameter;       ///< nothing: auto, the smaller reference lumen (paper, section 3.1)
+  std::optional<double>
+      diameter;  ///< nothing: auto, the smaller reference lumen (paper, section 3.1)
   double distal_diameter = 0, flare_diameter = 0, flare_length = 0;  ///< 0: none
   Shape shape = Shape::tube;
   stents::Cell cell = stents::Cell::open;
-  std::optional<double> straightening;  ///< 0 follows the vessel, 1 straightens it; default 0 for open, 1 for closed
+  std::optional<double>
+      straightening;  ///< 0 follows the vessel, 1 straightens it; default 0 for open, 1 for closed
 
-  bool paper_wall = false;              ///< the paper's constants instead of a material
+  bool paper_wall = false;  ///< the paper's constants instead of a material
   std::optional<double> youngs_modulus, thickness, poisson_ratio;  ///< MPa, mm, 1
 
   std::optional<double> contact_distance;   ///< d_c of eq. 3
@@ -46,16 +55,18 @@ struct Case {
   std::optional<double> voxel_size;
   std::optional<double> growth_per_step;
   std::optional<int> iterations;
-  std::optional<double> tolerance;          ///< static force residual, relative to the mean contact force
+  std::optional<double> tolerance;  ///< static force residual, relative to the mean contact force
   std::optional<int> max_settling_steps;
-  int save_steps = 0;                       ///< every N steps; 0: none
+  int save_steps = 0;  ///< every N steps; 0: none
 };
 
 /// The source of a case that came as options; errors then name the option instead of the key.
 inline constexpr const char* kCommandLine = "command line";
 
-/// \throws Error (usage) `<source>: <key>: what is wrong, what is allowed`; unknown keys name the nearest known one
-Case parse_case(const nlohmann::json& json, const std::string& source, const std::filesystem::path& relative_to);
+/// \throws Error (usage) `<source>: <key>: what is wrong, what is allowed`; unknown keys name the
+/// nearest known one
+Case parse_case(const nlohmann::json& json, const std::string& source,
+                const std::filesystem::path& relative_to);
 /// \throws Error (usage) also for text that is not JSON (line and column) or repeats a key
 Case read_case(const std::filesystem::path& path);
 nlohmann::ordered_json to_json(const Case& specification);

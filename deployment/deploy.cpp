@@ -12,14 +12,15 @@ namespace {
 
 using vessels::number;
 
-// The paper's constants are in centimetres and grams; a spring of 1e5 g/s^2 is 1e5 dyn/cm = 0.1 N/mm, and a hinge of
-// 1e3 g cm^2/s^2 = 1e3 erg is 0.1 N mm.
+// The paper's constants are in centimetres and grams; a spring of 1e5 g/s^2 is 1e5 dyn/cm = 0.1
+// N/mm, and a hinge of 1e3 g cm^2/s^2 = 1e3 erg is 0.1 N mm.
 constexpr xpbd::UniformStiffness kPaperWall{0.1, 0.1};
 // While settling the wall moves so little that contacts found once serve several iterations.
 constexpr int kSettlingIterations = 10;
 
-/// The stent as a solid, its surface drawn `inset` (mm) inside the outer radius: contact at that distance puts the wall on
-/// the outer surface over the whole length, and rounds its edge just beyond the ends.
+/// The stent as a solid, its surface drawn `inset` (mm) inside the outer radius: contact at that
+/// distance puts the wall on the outer surface over the whole length, and rounds its edge just
+/// beyond the ends.
 sdf::Solid solid_of(const StentState& state, Shape shape, double inset) {
   std::vector<double> radii(state.radii);
   for (double& r : radii) r -= inset;
@@ -39,8 +40,10 @@ xpbd::Sheet make_wall(const Setup& setup, const std::vector<Vec3>& points) {
 void require_numbers(std::span<const Vec3> positions, const vessels::Region& region, int step) {
   for (std::size_t i = 0; i < positions.size(); ++i) {
     if (!positions[i].allFinite()) {
-      throw Error(ExitCode::numerical, "step " + std::to_string(step) + ": vertex " + std::to_string(region.vertices[i]) +
-                                           " has no finite position any more; try a smaller growth_per_step");
+      throw Error(ExitCode::numerical,
+                  "step " + std::to_string(step) + ": vertex " +
+                      std::to_string(region.vertices[i]) +
+                      " has no finite position any more; try a smaller growth_per_step");
     }
   }
 }
@@ -65,9 +68,10 @@ int growth_steps(const Setup& setup) {
   return std::max(1, static_cast<int>(std::ceil(travel / *setup.specification.growth_per_step)));
 }
 
-std::vector<xpbd::Contact> find_contacts(const sdf::LevelSet& stent, std::span<const Vec3> positions,
-                                         std::span<const char> pinned, double contact_distance, double reach,
-                                         double stiffness) {
+std::vector<xpbd::Contact> find_contacts(const sdf::LevelSet& stent,
+                                         std::span<const Vec3> positions,
+                                         std::span<const char> pinned, double contact_distance,
+                                         double reach, double stiffness) {
   std::vector<sdf::Sample> samples(positions.size());
   stent.sample(positions, samples);
   std::vector<xpbd::Contact> contacts;
@@ -75,9 +79,10 @@ std::vector<xpbd::Contact> find_contacts(const sdf::LevelSet& stent, std::span<c
     if (pinned[i] || samples[i].distance >= contact_distance + reach) continue;
     if (samples[i].gradient.isZero()) {
       if (samples[i].distance > 0) continue;
-      throw Error(ExitCode::numerical, "a wall vertex at " + vessels::place(positions[i]) +
-                                           " mm lies deeper inside the stent than its level set reaches; "
-                                           "try a smaller growth_per_step");
+      throw Error(ExitCode::numerical,
+                  "a wall vertex at " + vessels::place(positions[i]) +
+                      " mm lies deeper inside the stent than its level set reaches; "
+                      "try a smaller growth_per_step");
     }
     xpbd::Contact contact;
     contact.vertex = static_cast<int>(i);
@@ -95,14 +100,18 @@ Outcome deploy(const Setup& setup, const Observer& observe) {
   const double contact_distance = *c.contact_distance;
   const double reach = 3 * *c.growth_per_step;
   const double voxel = *c.voxel_size;
-  // Nodal gradients see 2.45 voxels around a point; the wall may enter by the growth of a step and leave by the reach.
+  // Nodal gradients see 2.45 voxels around a point; the wall may enter by the growth of a step and
+  // leave by the reach.
   const sdf::VoxelOptions voxels{voxel, (contact_distance + 2 * reach) / voxel + 3.5};
-  const double stiffness = c.paper_wall ? c.contact_stiffness.value_or(0.1) : c.contact_stiffness.value_or(0);
+  const double stiffness =
+      c.paper_wall ? c.contact_stiffness.value_or(0.1) : c.contact_stiffness.value_or(0);
 
   std::vector<Vec3> points;
-  for (const int v : region.vertices) points.push_back(setup.surface.mesh.points[static_cast<std::size_t>(v)]);
+  for (const int v : region.vertices)
+    points.push_back(setup.surface.mesh.points[static_cast<std::size_t>(v)]);
   xpbd::Sheet wall = make_wall(setup, points);
-  const double kappa = 1.0;  // k dt^2/m; with kept multipliers and two sweeps or more this stays stable
+  const double kappa =
+      1.0;  // k dt^2/m; with kept multipliers and two sweeps or more this stays stable
   xpbd::StepOptions growing;
   growing.iterations = *c.iterations;
   growing.velocity_limit = 0.5 * contact_distance;
@@ -117,7 +126,8 @@ Outcome deploy(const Setup& setup, const Observer& observe) {
   Outcome outcome;
   const int growth = growth_steps(setup);
   StentState state;
-  sdf::LevelSet level_set = sdf::voxelise(solid_of(stent_state(setup, 0), c.shape, contact_distance), voxels);
+  sdf::LevelSet level_set =
+      sdf::voxelise(solid_of(stent_state(setup, 0), c.shape, contact_distance), voxels);
   for (int step = 1; step <= growth + *c.max_settling_steps && !outcome.converged; ++step) {
     StepRecord record;
     record.step = step;
@@ -127,7 +137,8 @@ Outcome deploy(const Setup& setup, const Observer& observe) {
       state = stent_state(setup, record.expansion);
       level_set = sdf::voxelise(solid_of(state, c.shape, contact_distance), voxels);
     }
-    const auto contacts = find_contacts(level_set, solver.positions(), region.pinned, contact_distance, reach, stiffness);
+    const auto contacts = find_contacts(level_set, solver.positions(), region.pinned,
+                                        contact_distance, reach, stiffness);
     xpbd::ForceBalance balance;
     if (record.settling) {
       for (int i = 0; i < kSettlingIterations; ++i) {
@@ -148,7 +159,8 @@ Outcome deploy(const Setup& setup, const Observer& observe) {
     record.contact_force = balance.contact_force_sum;
     record.energy = balance.energy;
     outcome.history.push_back(record);
-    if (observe && !observe(record, solver.positions())) throw Error(ExitCode::interrupted, "stopped on request");
+    if (observe && !observe(record, solver.positions()))
+      throw Error(ExitCode::interrupted, "stopped on request");
   }
 
   outcome.positions = setup.surface.mesh.points;

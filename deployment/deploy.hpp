@@ -12,29 +12,30 @@ namespace vstent::deployment {
 /// One row of history.csv.
 struct StepRecord {
   int step = 0;
-  bool settling = false;         ///< the stent has its final size
-  double expansion = 0;          ///< 0 start radius .. 1 nominal
-  double radius = 0;             ///< mm, outer, at the proximal end
+  bool settling = false;  ///< the stent has its final size
+  double expansion = 0;   ///< 0 start radius .. 1 nominal
+  double radius = 0;      ///< mm, outer, at the proximal end
   double straightening = 0;
-  int contacts = 0;              ///< vertices the stent touches
-  double largest_move = 0;       ///< mm in this step
-  double residual = 0;           ///< static force residual over mean contact force
-  double contact_force = 0;      ///< N, sum
-  double energy = 0;             ///< N mm, stored in the wall
+  int contacts = 0;          ///< vertices the stent touches
+  double largest_move = 0;   ///< mm in this step
+  double residual = 0;       ///< static force residual over mean contact force
+  double contact_force = 0;  ///< N, sum
+  double energy = 0;         ///< N mm, stored in the wall
 };
 
 struct Outcome {
-  std::vector<Vec3> positions;   ///< of all mesh vertices, mm
-  std::vector<char> moved;       ///< per mesh vertex: belongs to the patch that may move
-  Polyline axis;                 ///< of the stent, final
-  std::vector<double> radii;     ///< outer, per axis point, mm
-  sdf::Solid stent;              ///< its outer surface
+  std::vector<Vec3> positions;  ///< of all mesh vertices, mm
+  std::vector<char> moved;      ///< per mesh vertex: belongs to the patch that may move
+  Polyline axis;                ///< of the stent, final
+  std::vector<double> radii;    ///< outer, per axis point, mm
+  sdf::Solid stent;             ///< its outer surface
   std::vector<StepRecord> history;
   bool converged = false;
-  double contact_force = 0;      ///< N, sum over the vertices in contact
+  double contact_force = 0;  ///< N, sum over the vertices in contact
 };
 
-/// Called after every step with the record and the vertices of the patch; a false return stops the run.
+/// Called after every step with the record and the vertices of the patch; a false return stops the
+/// run.
 using Observer = std::function<bool(const StepRecord&, std::span<const Vec3> patch_positions)>;
 
 /// The stent at a share of its expansion: its axis, partly straightened, and its outer radii there.
@@ -47,13 +48,15 @@ StentState stent_state(const Setup& setup, double expansion);
 /// Steps in which the stent grows: none may move its surface by more than growth_per_step.
 int growth_steps(const Setup& setup);
 
-/// Contacts of the points that may come within `reach` (mm) of the distance `contact_distance` from the level set.
-/// \throws Error (numerical) for a point deeper inside than the level set's band
-std::vector<xpbd::Contact> find_contacts(const sdf::LevelSet& stent, std::span<const Vec3> positions,
-                                         std::span<const char> pinned, double contact_distance, double reach,
-                                         double stiffness);
+/// Contacts of the points that may come within `reach` (mm) of the distance `contact_distance` from
+/// the level set. \throws Error (numerical) for a point deeper inside than the level set's band
+std::vector<xpbd::Contact> find_contacts(const sdf::LevelSet& stent,
+                                         std::span<const Vec3> positions,
+                                         std::span<const char> pinned, double contact_distance,
+                                         double reach, double stiffness);
 
-/// \throws Error (numerical) when a position stops being a number; (interrupted) when the observer says stop
+/// \throws Error (numerical) when a position stops being a number; (interrupted) when the observer
+/// says stop
 Outcome deploy(const Setup& setup, const Observer& observe = {});
 
 }  // namespace vstent::deployment

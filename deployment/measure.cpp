@@ -23,10 +23,12 @@ constexpr double kDegrees = 180 / std::numbers::pi;
 Vec3 normal(const TriangleMesh& mesh, std::size_t triangle) {
   const Triangle& t = mesh.triangles[triangle];
   const Vec3& a = mesh.points[static_cast<std::size_t>(t[0])];
-  return (mesh.points[static_cast<std::size_t>(t[1])] - a).cross(mesh.points[static_cast<std::size_t>(t[2])] - a);
+  return (mesh.points[static_cast<std::size_t>(t[1])] - a)
+      .cross(mesh.points[static_cast<std::size_t>(t[2])] - a);
 }
 
-void compare_meshes(const Surface& before, const Surface& after, const Comparison& comparison, Metrics& metrics) {
+void compare_meshes(const Surface& before, const Surface& after, const Comparison& comparison,
+                    Metrics& metrics) {
   const std::size_t points = before.mesh.points.size();
   for (std::size_t v = 0; v < points; ++v) {
     const double moved = (after.mesh.points[v] - before.mesh.points[v]).norm();
@@ -42,8 +44,8 @@ void compare_meshes(const Surface& before, const Surface& after, const Compariso
   auto crossings_after = vessels::self_intersections(after.mesh, comparison.patch_triangles);
   metrics.self_intersections_before = crossings_before.size();
   std::vector<std::pair<int, int>> fresh;
-  std::set_difference(crossings_after.begin(), crossings_after.end(), crossings_before.begin(), crossings_before.end(),
-                      std::back_inserter(fresh));
+  std::set_difference(crossings_after.begin(), crossings_after.end(), crossings_before.begin(),
+                      crossings_before.end(), std::back_inserter(fresh));
   metrics.new_self_intersections = fresh.size();
   const vessels::Topology topology_before = vessels::topology(before.mesh);
   const vessels::Topology topology_after = vessels::topology(after.mesh);
@@ -54,7 +56,8 @@ void compare_meshes(const Surface& before, const Surface& after, const Compariso
   metrics.non_manifold_edges_after = topology_after.non_manifold_edges.size();
 }
 
-void measure_lumen(const Surface& before, const Surface& after, const Comparison& comparison, Metrics& metrics) {
+void measure_lumen(const Surface& before, const Surface& after, const Comparison& comparison,
+                   Metrics& metrics) {
   const vessels::Sectioner sections_before(before.mesh);
   const vessels::Sectioner sections_after(after.mesh);
   const std::vector<double> arc = arc_lengths(comparison.axis_before);
@@ -72,16 +75,19 @@ void measure_lumen(const Surface& before, const Surface& after, const Comparison
     station.after = sections_after.cut(comparison.axis_after[i], normals_after[i], reach);
     const auto narrower = [](double known, double d) { return known > 0 ? std::min(known, d) : d; };
     if (station.before) {
-      metrics.narrowest_before = narrower(metrics.narrowest_before, station.before->equivalent_diameter);
+      metrics.narrowest_before =
+          narrower(metrics.narrowest_before, station.before->equivalent_diameter);
     }
     if (station.after) {
-      metrics.narrowest_after = narrower(metrics.narrowest_after, station.after->equivalent_diameter);
+      metrics.narrowest_after =
+          narrower(metrics.narrowest_after, station.after->equivalent_diameter);
       centroids.push_back(station.after->centroid);
     }
     if (station.before && station.after && station.before->equivalent_diameter < station.target) {
       opened += 1;
       ratio += station.after->equivalent_diameter / station.target;
-      metrics.opened_min_diameter = narrower(metrics.opened_min_diameter, station.after->min_diameter);
+      metrics.opened_min_diameter =
+          narrower(metrics.opened_min_diameter, station.after->min_diameter);
     }
     metrics.stations.push_back(std::move(station));
   }
@@ -95,9 +101,11 @@ void measure_lumen(const Surface& before, const Surface& after, const Comparison
   metrics.bend_before = kDegrees * stents::end_tangent_angle(comparison.axis_before);
   metrics.bend_after = kDegrees * stents::end_tangent_angle(comparison.axis_after);
   if (centroids.size() > 10) {
-    // Single centroids jitter with the mesh; chords over a fifth of the stent give the direction of the lumen's ends.
+    // Single centroids jitter with the mesh; chords over a fifth of the stent give the direction of
+    // the lumen's ends.
     const std::size_t span = centroids.size() / 5;
-    const Polyline ends{centroids.front(), centroids[span], centroids[centroids.size() - 1 - span], centroids.back()};
+    const Polyline ends{centroids.front(), centroids[span], centroids[centroids.size() - 1 - span],
+                        centroids.back()};
     metrics.lumen_bend_after = kDegrees * stents::end_tangent_angle(ends);
   }
 }
@@ -110,13 +118,17 @@ ordered_json to_json(const std::optional<Section>& section) {
           {"max_diameter_mm", section->max_diameter}};
 }
 
-ordered_json to_json(const std::optional<double>& value) { return value ? ordered_json(*value) : ordered_json(nullptr); }
+ordered_json to_json(const std::optional<double>& value) {
+  return value ? ordered_json(*value) : ordered_json(nullptr);
+}
 
 }  // namespace
 
 Metrics measure(const Surface& before, const Surface& after, const Comparison& comparison) {
-  if (before.mesh.points.size() != after.mesh.points.size() || before.mesh.triangles != after.mesh.triangles) {
-    throw Error(ExitCode::geometry, after.path + ": does not have the vertices and triangles of " + before.path);
+  if (before.mesh.points.size() != after.mesh.points.size() ||
+      before.mesh.triangles != after.mesh.triangles) {
+    throw Error(ExitCode::geometry,
+                after.path + ": does not have the vertices and triangles of " + before.path);
   }
   Metrics metrics;
   compare_meshes(before, after, comparison, metrics);
@@ -125,7 +137,8 @@ Metrics measure(const Surface& before, const Surface& after, const Comparison& c
   std::vector<sdf::Sample> samples(after.mesh.points.size());
   stent.sample(after.mesh.points, samples);
   for (std::size_t v = 0; v < samples.size(); ++v) {
-    if (comparison.movable[v]) metrics.deepest_penetration = std::max(metrics.deepest_penetration, -samples[v].distance);
+    if (comparison.movable[v])
+      metrics.deepest_penetration = std::max(metrics.deepest_penetration, -samples[v].distance);
   }
   return metrics;
 }

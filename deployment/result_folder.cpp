@@ -29,9 +29,12 @@ void remove_abandoned_stages(const fs::path& final_folder) {
     const std::string name = entry.path().filename().string();
     if (!name.starts_with(prefix)) continue;
     const std::string digits = name.substr(prefix.size());
-    if (digits.empty() || digits.find_first_not_of("0123456789") != std::string::npos || digits.size() > 9) continue;
+    if (digits.empty() || digits.find_first_not_of("0123456789") != std::string::npos ||
+        digits.size() > 9)
+      continue;
     const pid_t process = std::stoi(digits);
-    if (process != getpid() && kill(process, 0) != 0 && errno == ESRCH) fs::remove_all(entry.path(), ignored);
+    if (process != getpid() && kill(process, 0) != 0 && errno == ESRCH)
+      fs::remove_all(entry.path(), ignored);
   }
 }
 
@@ -63,9 +66,11 @@ ResultFolder::ResultFolder(const fs::path& final_folder) {
   try {
     final_ = fs::absolute(final_folder).lexically_normal();
     if (!final_.has_filename()) final_ = final_.parent_path();
-    if (fs::exists(final_) && !fs::is_directory(final_)) fail(final_, "is a file; results need a folder");
+    if (fs::exists(final_) && !fs::is_directory(final_))
+      fail(final_, "is a file; results need a folder");
     fs::create_directories(final_.parent_path());
-    if (fs::exists(final_) && access(final_.c_str(), W_OK) != 0) fail(final_, "cannot be written to");
+    if (fs::exists(final_) && access(final_.c_str(), W_OK) != 0)
+      fail(final_, "cannot be written to");
     remove_abandoned_stages(final_);
     stage_ = final_.string() + kMark + std::to_string(getpid());
     fs::remove_all(stage_);

@@ -5,9 +5,10 @@
 
 namespace vstent::deployment {
 
-/// Results are written into `stage()`, a sibling of the final folder. `publish` exchanges the two atomically, keeping
-/// whatever else the user had in the final folder; without it, or when the process is killed, the final folder stays as
-/// it was. Stages that dead processes left behind are removed.
+/// Results are written into `stage()`, a sibling of the final folder. `publish` exchanges the two
+/// atomically, keeping whatever else the user had in the final folder; without it, or when the
+/// process is killed, the final folder stays as it was. Stages that dead processes left behind are
+/// removed.
 class ResultFolder {
  public:
   /// \throws Error (output) when the place cannot be written, before any work is done

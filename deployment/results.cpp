@@ -19,12 +19,13 @@ std::string text(double value) {
 
 std::string history_csv(const std::vector<StepRecord>& history) {
   std::ostringstream csv;
-  csv << "step,settling,expansion,radius_mm,straightening,contacts,largest_move_mm,relative_residual,contact_force_N,"
+  csv << "step,settling,expansion,radius_mm,straightening,contacts,largest_move_mm,relative_"
+         "residual,contact_force_N,"
          "energy_N_mm\n";
   for (const StepRecord& r : history) {
     csv << r.step << ',' << r.settling << ',' << text(r.expansion) << ',' << text(r.radius) << ','
-        << text(r.straightening) << ',' << r.contacts << ',' << text(r.largest_move) << ',' << text(r.residual) << ','
-        << text(r.contact_force) << ',' << text(r.energy) << '\n';
+        << text(r.straightening) << ',' << r.contacts << ',' << text(r.largest_move) << ','
+        << text(r.residual) << ',' << text(r.contact_force) << ',' << text(r.energy) << '\n';
   }
   return csv.str();
 }
@@ -38,7 +39,8 @@ void write_stent_surface(const Setup& setup, const sdf::LevelSet& level_set, con
   TriangleMesh mesh = level_set.surface();
   for (Vec3& p : mesh.points) p /= vessels::millimetres_per(setup.surface.unit);
   const vessels::Surface surface = vessels::make_surface(std::move(mesh), "stent");
-  vessels::write_surface(surface, surface.mesh.points, std::vector<char>(surface.mesh.points.size(), 0), path);
+  vessels::write_surface(surface, surface.mesh.points,
+                         std::vector<char>(surface.mesh.points.size(), 0), path);
 }
 
 std::string step_name(const std::string& what, int step) {
@@ -47,7 +49,8 @@ std::string step_name(const std::string& what, int step) {
   return what + "_" + digits + ".vtp";
 }
 
-vessels::Fields displacement_field(const std::vector<Vec3>& before, const std::vector<Vec3>& after) {
+vessels::Fields displacement_field(const std::vector<Vec3>& before,
+                                   const std::vector<Vec3>& after) {
   std::vector<double> displacement;
   displacement.reserve(3 * before.size());
   for (std::size_t v = 0; v < before.size(); ++v) {
@@ -65,7 +68,8 @@ Comparison comparison_for(const Setup& setup, const Outcome& outcome) {
   comparison.stent = outcome.stent;
   comparison.movable = outcome.moved;
   comparison.patch_triangles.assign(setup.surface.mesh.triangles.size(), 0);
-  for (const int t : setup.region.triangle_ids) comparison.patch_triangles[static_cast<std::size_t>(t)] = 1;
+  for (const int t : setup.region.triangle_ids)
+    comparison.patch_triangles[static_cast<std::size_t>(t)] = 1;
   return comparison;
 }
 
@@ -80,7 +84,8 @@ void StepSaver::save(const StepRecord& record, std::span<const Vec3> patch_posit
     positions[v] = patch_positions[i];
     moved[v] = !setup_.region.pinned[i];
   }
-  vessels::write_surface(setup_.surface, positions, moved, stage_ / "steps" / step_name("wall", record.step));
+  vessels::write_surface(setup_.surface, positions, moved,
+                         stage_ / "steps" / step_name("wall", record.step));
   const StentState state = stent_state(setup_, record.expansion);
   write_stent_surface(setup_, stent_level_set(setup_, sdf::make_tube(state.axis, state.radii)),
                       stage_ / "steps" / step_name("stent", record.step));
@@ -90,10 +95,13 @@ void StepSaver::save(const StepRecord& record, std::span<const Vec3> patch_posit
 void StepSaver::write_list() const {
   if (steps_.empty()) return;
   std::ostringstream list;
-  list << "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n  <Collection>\n";
+  list
+      << "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n  <Collection>\n";
   for (const int step : steps_) {
-    list << "    <DataSet timestep=\"" << step << "\" part=\"0\" file=\"steps/" << step_name("wall", step) << "\"/>\n"
-         << "    <DataSet timestep=\"" << step << "\" part=\"1\" file=\"steps/" << step_name("stent", step) << "\"/>\n";
+    list << "    <DataSet timestep=\"" << step << "\" part=\"0\" file=\"steps/"
+         << step_name("wall", step) << "\"/>\n"
+         << "    <DataSet timestep=\"" << step << "\" part=\"1\" file=\"steps/"
+         << step_name("stent", step) << "\"/>\n";
   }
   list << "  </Collection>\n</VTKFile>\n";
   vessels::write_whole(stage_ / "steps.pvd", list.str());
@@ -117,10 +125,11 @@ Metrics write_results(const Setup& setup, const Outcome& outcome, const fs::path
   const vessels::Surface written = vessels::read_surface(stage / "stented.vtp", surface.unit);
   const Metrics metrics = measure(surface, written, comparison_for(setup, outcome));
   nlohmann::ordered_json json = to_json(metrics);
-  json["simulation"] = {{"converged", outcome.converged},
-                        {"steps", outcome.history.empty() ? 0 : outcome.history.back().step},
-                        {"relative_residual", outcome.history.empty() ? 0 : outcome.history.back().residual},
-                        {"contact_force_N", outcome.contact_force}};
+  json["simulation"] = {
+      {"converged", outcome.converged},
+      {"steps", outcome.history.empty() ? 0 : outcome.history.back().step},
+      {"relative_residual", outcome.history.empty() ? 0 : outcome.history.back().residual},
+      {"contact_force_N", outcome.contact_force}};
   json["reference_diameter_mm"] = setup.placement.reference_diameter;
   json["warnings"] = setup.warnings;
   vessels::write_whole(stage / "metrics.json", json.dump(2) + "\n");

@@ -8,10 +8,12 @@
 
 namespace vstent::deployment {
 
-/// Saves the surface and the stent of chosen steps while the simulation runs, and lists them for ParaView in steps.pvd.
+/// Saves the surface and the stent of chosen steps while the simulation runs, and lists them for
+/// ParaView in steps.pvd.
 class StepSaver {
  public:
-  StepSaver(const Setup& setup, std::filesystem::path stage) : setup_(setup), stage_(std::move(stage)) {}
+  StepSaver(const Setup& setup, std::filesystem::path stage)
+      : setup_(setup), stage_(std::move(stage)) {}
   void save(const StepRecord& record, std::span<const Vec3> patch_positions);
   void write_list() const;  ///< nothing when no step was saved
 
@@ -21,9 +23,10 @@ class StepSaver {
   std::vector<int> steps_;
 };
 
-/// Writes stented.vtp, stent.vtp, stent.vdb, centerline.vtp, case.json, history.csv and metrics.json into `stage`. The
-/// metrics are measured on stented.vtp as read back. Surfaces and lines are in the unit of the input, stent.vdb in mm.
-/// \throws Error (output)
-Metrics write_results(const Setup& setup, const Outcome& outcome, const std::filesystem::path& stage);
+/// Writes stented.vtp, stent.vtp, stent.vdb, centerline.vtp, case.json, history.csv and
+/// metrics.json into `stage`. The metrics are measured on stented.vtp as read back. Surfaces and
+/// lines are in the unit of the input, stent.vdb in mm. \throws Error (output)
+Metrics write_results(const Setup& setup, const Outcome& outcome,
+                      const std::filesystem::path& stage);
 
 }  // namespace vstent::deployment

@@ -28,7 +28,8 @@ struct Narrowing {
   std::size_t path = 0, point = 0;
 };
 
-/// The place whose radius is smallest against what lies within `window` on both sides of it; ends do not count.
+/// The place whose radius is smallest against what lies within `window` on both sides of it; ends
+/// do not count.
 Narrowing tightest_narrowing(const std::vector<CenterlinePath>& ways, double window) {
   Narrowing best;
   for (std::size_t w = 0; w < ways.size(); ++w) {
@@ -39,8 +40,10 @@ Narrowing tightest_narrowing(const std::vector<CenterlinePath>& ways, double win
       if (s < way.radii.front() || way.arc_length.back() - s < way.radii.back()) continue;
       double before = 0;
       double behind = 0;
-      for (std::size_t j = i; j-- > 0 && s - way.arc_length[j] <= window;) before = std::max(before, way.radii[j]);
-      for (std::size_t j = i + 1; j < n && way.arc_length[j] - s <= window; ++j) behind = std::max(behind, way.radii[j]);
+      for (std::size_t j = i; j-- > 0 && s - way.arc_length[j] <= window;)
+        before = std::max(before, way.radii[j]);
+      for (std::size_t j = i + 1; j < n && way.arc_length[j] - s <= window; ++j)
+        behind = std::max(behind, way.radii[j]);
       const double healthy = std::min(before, behind);
       if (healthy > 0 && way.radii[i] / healthy < best.ratio) best = {way.radii[i] / healthy, w, i};
     }
@@ -53,13 +56,16 @@ AtArcLength locate(const Case& c, const vessels::Centerline& centerline) {
   if (const auto* given = std::get_if<AtArcLength>(&c.at)) {
     if (given->branch >= static_cast<int>(centerline.branches.size())) {
       throw Error(ExitCode::usage, c.surface.string() + ": /stent/at/branch: the centerline has " +
-                                       std::to_string(centerline.branches.size()) + " branches (ids from 0), not one with id " +
+                                       std::to_string(centerline.branches.size()) +
+                                       " branches (ids from 0), not one with id " +
                                        std::to_string(given->branch));
     }
-    const double available = length(centerline.branches[static_cast<std::size_t>(given->branch)].points);
+    const double available =
+        length(centerline.branches[static_cast<std::size_t>(given->branch)].points);
     if (given->arc_length > available) {
-      throw Error(ExitCode::usage, c.surface.string() + ": /stent/at/arc_length: branch " + std::to_string(given->branch) + " is " +
-                                       mm(available) + " long, shorter than " + mm(given->arc_length));
+      throw Error(ExitCode::usage, c.surface.string() + ": /stent/at/arc_length: branch " +
+                                       std::to_string(given->branch) + " is " + mm(available) +
+                                       " long, shorter than " + mm(given->arc_length));
     }
     return *given;
   }
@@ -69,10 +75,12 @@ AtArcLength locate(const Case& c, const vessels::Centerline& centerline) {
   } else {
     const std::vector<CenterlinePath> ways = vessels::paths(centerline);
     const Narrowing found = tightest_narrowing(ways, c.length);
-    constexpr double kNotable = 0.85;  // a narrowing of 15 % in radius; less is the roughness of a healthy wall
+    constexpr double kNotable =
+        0.85;  // a narrowing of 15 % in radius; less is the roughness of a healthy wall
     if (found.ratio > kNotable) {
-      infeasible(c, "no lesion found: nowhere is the lumen narrower than " + number(100 * kNotable) +
-                        " % of what lies within " + mm(c.length) + " on both sides; give the place with --at");
+      infeasible(c, "no lesion found: nowhere is the lumen narrower than " +
+                        number(100 * kNotable) + " % of what lies within " + mm(c.length) +
+                        " on both sides; give the place with --at");
     }
     target = ways[found.path].points[found.point];
   }
@@ -92,8 +100,9 @@ CenterlinePath choose_way(const Case& c, const vessels::Centerline& centerline, 
   for (const CenterlinePath& way : ways) {
     if (way.branch_of_point.back() == *c.towards) return way;
   }
-  throw Error(ExitCode::usage, c.surface.string() + ": /stent/towards: no way through branch " + std::to_string(branch) +
-                                   " ends in branch " + std::to_string(*c.towards));
+  throw Error(ExitCode::usage, c.surface.string() + ": /stent/towards: no way through branch " +
+                                   std::to_string(branch) + " ends in branch " +
+                                   std::to_string(*c.towards));
 }
 
 double largest_curvature(const Polyline& axis) {
@@ -107,30 +116,34 @@ double largest_curvature(const Polyline& axis) {
   return largest;
 }
 
-/// Median equivalent diameter over a landing zone of the way; nothing where no section is closed and free of branches.
-std::optional<double> landing_diameter(const vessels::Sectioner& sections, const CenterlinePath& way, double from,
-                                       double to) {
-  std::vector<double> diameters;
-  constexpr int kSections = 9;
+/// Largest equivalent diameter of a landing zone of the way; nothing where no section is closed and
+/// free of branches.
+std::optional<double> landing_diameter(const vessels::Sectioner& sections,
+                                       const CenterlinePath& way, double from, double to) {
+  std::optional<double> largest;
+  constexpr int kSections = 13;
   for (int k = 0; k < kSections; ++k) {
     const double s = from + (to - from) * (k + 0.5) / kSections;
     if (s <= 0 || s >= way.arc_length.back()) continue;
     const double inscribed = 2 * value_at(way.radii, way.arc_length, s);
     const auto section = sections.cut(point_at(way.points, way.arc_length, s),
                                       tangent_at(way.points, way.arc_length, s), 3 * inscribed);
-    // A section through a branch is far wider than the ball inscribed in the vessel asked for.
-    if (section && section->equivalent_diameter < 1.4 * inscribed) diameters.push_back(section->equivalent_diameter);
+    // A section that runs into a branch is wider than the ball inscribed in the vessel asked for.
+    if (!section || section->equivalent_diameter > 1.2 * inscribed) continue;
+    largest = std::max(largest.value_or(0), section->equivalent_diameter);
   }
-  if (diameters.empty()) return std::nullopt;
-  std::nth_element(diameters.begin(), diameters.begin() + static_cast<std::ptrdiff_t>(diameters.size() / 2), diameters.end());
-  return diameters[diameters.size() / 2];
+  return largest;
 }
 
-double reference_diameter(const vessels::Sectioner& sections, const CenterlinePath& way, double from, double to) {
-  const double before_zone = 2 * value_at(way.radii, way.arc_length, from);
-  const double behind_zone = 2 * value_at(way.radii, way.arc_length, to);
-  const auto before = landing_diameter(sections, way, from - before_zone, from);
-  const auto behind = landing_diameter(sections, way, to, to + behind_zone);
+/// The smaller of the largest lumens within 5 mm, or a diameter, of the stent's two ends (paper,
+/// section 3.1).
+double reference_diameter(const vessels::Sectioner& sections, const CenterlinePath& way,
+                          double from, double to) {
+  const auto zone = [&](double s) {
+    return std::max(5.0, 2 * value_at(way.radii, way.arc_length, s));
+  };
+  const auto before = landing_diameter(sections, way, from - zone(from), from);
+  const auto behind = landing_diameter(sections, way, to, to + zone(to));
   if (before && behind) return std::min(*before, *behind);
   return before ? *before : behind.value_or(0);
 }
@@ -140,7 +153,8 @@ void place_stent(Setup& setup) {
   Placement& p = setup.placement;
   const AtArcLength at = locate(c, setup.centerline);
   c.at = at;
-  const vessels::CenterlineBranch& branch = setup.centerline.branches[static_cast<std::size_t>(at.branch)];
+  const vessels::CenterlineBranch& branch =
+      setup.centerline.branches[static_cast<std::size_t>(at.branch)];
   const Vec3 centre = point_at(branch.points, arc_lengths(branch.points), at.arc_length);
   p.way = choose_way(c, setup.centerline, at.branch);
   c.towards = p.way.branch_of_point.back();
@@ -151,22 +165,28 @@ void place_stent(Setup& setup) {
   if (from < 0 || to > total) {
     const bool inlet = from < 0;
     infeasible(c, "the stent reaches " + mm(inlet ? -from : to - total) + " over the vessel's " +
-                      (inlet ? "inlet" : "outlet") + ": its middle lies " + mm(inlet ? p.centre : total - p.centre) +
-                      " from it, half its length is " + mm(0.5 * c.length) + "; move it or take a shorter one");
+                      (inlet ? "inlet" : "outlet") + ": its middle lies " +
+                      mm(inlet ? p.centre : total - p.centre) + " from it, half its length is " +
+                      mm(0.5 * c.length) + "; move it or take a shorter one");
   }
-  // The rim beyond the stent is held, so the wall needs some length to come down from the stent to it.
+  // The rim beyond the stent is held, so the wall needs some length to come down from the stent to
+  // it.
   const double free_length = std::min(from, total - to);
-  const double needed = 0.5 * (c.diameter ? 0.5 * *c.diameter : value_at(p.way.radii, p.way.arc_length, p.centre));
+  const double needed =
+      0.5 * (c.diameter ? 0.5 * *c.diameter : value_at(p.way.radii, p.way.arc_length, p.centre));
   if (free_length < needed) {
-    infeasible(c, "the stent ends " + mm(free_length) + " from the vessel's " + (from < total - to ? "inlet" : "outlet") +
-                      "; at least " + mm(needed) + " of vessel must lie beyond it, half its radius");
+    infeasible(c, "the stent ends " + mm(free_length) + " from the vessel's " +
+                      (from < total - to ? "inlet" : "outlet") + "; at least " + mm(needed) +
+                      " of vessel must lie beyond it, half its radius");
   }
 
   const vessels::Sectioner sections(setup.surface.mesh);
   p.reference_diameter = reference_diameter(sections, p.way, from, to);
   if (!c.diameter) {
     if (p.reference_diameter <= 0) {
-      infeasible(c, "--diameter auto needs a landing zone with closed cross-sections beside the stent; give the diameter");
+      infeasible(c,
+                 "--diameter auto needs a landing zone with closed cross-sections beside the "
+                 "stent; give the diameter");
     }
     c.diameter = p.reference_diameter;
   }
@@ -180,24 +200,30 @@ void place_stent(Setup& setup) {
   const Polyline smoothed = smooth_keeping_bends(raw, 0.75 * radius);
   const std::vector<double> smoothed_arc = arc_lengths(smoothed);
   const double middle = nearest_place(smoothed, smoothed_arc, centre).arc_length;
-  const double start = std::clamp(middle - 0.5 * c.length, 0.0, std::max(0.0, smoothed_arc.back() - c.length));
+  const double start =
+      std::clamp(middle - 0.5 * c.length, 0.0, std::max(0.0, smoothed_arc.back() - c.length));
   const double curvature = largest_curvature(smoothed);
-  // Chords of a curve of curvature k stray s^2 k / 8 from it; a thousandth of the radius is not felt by the wall.
-  const double spacing = std::min(radius / 10, curvature > 0 ? std::sqrt(8 * 1e-3 * radius / curvature) : radius);
+  // Chords of a curve of curvature k stray s^2 k / 8 from it; a thousandth of the radius is not
+  // felt by the wall.
+  const double spacing =
+      std::min(radius / 10, curvature > 0 ? std::sqrt(8 * 1e-3 * radius / curvature) : radius);
   p.axis = resample(smoothed, start, start + c.length, spacing);
   p.arc = arc_lengths(p.axis);
   const double widest = std::max({*c.diameter, c.distal_diameter, c.flare_diameter}) / 2;
   if (curvature * widest >= 1) {
-    infeasible(c, "the axis bends with a radius of " + mm(1 / curvature) + ", tighter than the stent's own radius of " +
-                      mm(widest) + "; take a smaller or shorter stent, or closed cells, which straighten the vessel");
+    infeasible(
+        c, "the axis bends with a radius of " + mm(1 / curvature) +
+               ", tighter than the stent's own radius of " + mm(widest) +
+               "; take a smaller or shorter stent, or closed cells, which straighten the vessel");
   }
   if (curvature * widest > 0.7) {
-    setup.warnings.push_back("the axis bends with a radius of " + mm(1 / curvature) + ", close to the stent's radius of " +
-                             mm(widest));
+    setup.warnings.push_back("the axis bends with a radius of " + mm(1 / curvature) +
+                             ", close to the stent's radius of " + mm(widest));
   }
 }
 
-/// Lumen in the stented length: how far the wall is, how narrow it gets, and whether the target makes sense there.
+/// Lumen in the stented length: how far the wall is, how narrow it gets, and whether the target
+/// makes sense there.
 void judge_target(Setup& setup) {
   const Case& c = setup.specification;
   Placement& p = setup.placement;
@@ -205,17 +231,20 @@ void judge_target(Setup& setup) {
   for (const Vec3& x : p.axis) p.wall_distance.push_back(wall.closest(x).distance);
   double widest_diameter = *c.diameter;
   for (const auto& d : equivalent_diameters(setup.surface.mesh, p.axis, 2 * widest_diameter)) {
-    if (d) p.narrowest_diameter = p.narrowest_diameter > 0 ? std::min(p.narrowest_diameter, *d) : *d;
+    if (d)
+      p.narrowest_diameter = p.narrowest_diameter > 0 ? std::min(p.narrowest_diameter, *d) : *d;
   }
   const double target = std::max({*c.diameter, c.distal_diameter, c.flare_diameter});
   if (p.narrowest_diameter >= target) {
-    infeasible(c, "nothing to open: the lumen is nowhere narrower than " + mm(p.narrowest_diameter) +
+    infeasible(c, "nothing to open: the lumen is nowhere narrower than " +
+                      mm(p.narrowest_diameter) +
                       " in the stented length, and the stent's diameter is " + mm(target));
   }
   constexpr double kTooMuch = 2.5;  // over-expansion beyond what any published series attempts
   if (p.reference_diameter > 0 && target > kTooMuch * p.reference_diameter) {
-    infeasible(c, "a diameter of " + mm(target) + " is more than " + number(kTooMuch) + " times the reference lumen of " +
-                      mm(p.reference_diameter) + "; are the units right?");
+    infeasible(c, "a diameter of " + mm(target) + " is more than " + number(kTooMuch) +
+                      " times the reference lumen of " + mm(p.reference_diameter) +
+                      "; are the units right?");
   }
 }
 
@@ -230,8 +259,8 @@ void derive_numbers(Setup& setup) {
     if (!c.poisson_ratio) c.poisson_ratio = 0.45;
   }
   if (!c.patch_margin) {
-    // Edge effects fade over 1/beta = sqrt(R t) / (3 (1 - nu^2))^(1/4) (case V8); four of them, and a diameter for the
-    // lengths over which a lumen narrows.
+    // Edge effects fade over 1/beta = sqrt(R t) / (3 (1 - nu^2))^(1/4) (case V8); four of them, and
+    // a diameter for the lengths over which a lumen narrows.
     const double thickness = c.thickness.value_or(0.2 * radius);
     const double nu = c.poisson_ratio.value_or(1.0 / 3);
     const double boundary_layer = std::sqrt(radius * thickness) / std::pow(3 * (1 - nu * nu), 0.25);
@@ -240,7 +269,8 @@ void derive_numbers(Setup& setup) {
   const vessels::LumenEnds ends = vessels::find_lumen_ends(setup.surface);
   std::vector<double> reach(p.axis.size());
   for (std::size_t i = 0; i < reach.size(); ++i) {
-    reach[i] = std::max(p.wall_distance[i], stents::outer_radius(setup.stent, p.arc[i])) + *c.patch_margin;
+    reach[i] =
+        std::max(p.wall_distance[i], stents::outer_radius(setup.stent, p.arc[i])) + *c.patch_margin;
   }
   try {
     setup.region = vessels::find_region(setup.surface.mesh, ends.is_cap, p.axis, reach);
@@ -259,12 +289,14 @@ void derive_numbers(Setup& setup) {
   if (!c.tolerance) c.tolerance = 1e-3;
   if (!c.max_settling_steps) c.max_settling_steps = 20000;
   if (*c.voxel_size > radius / 4) {
-    throw Error(ExitCode::usage, c.surface.string() + ": /level_set/voxel_size: " + mm(*c.voxel_size) + " is coarser than a quarter of the stent's radius, " +
-                                     mm(radius / 4));
+    throw Error(ExitCode::usage,
+                c.surface.string() + ": /level_set/voxel_size: " + mm(*c.voxel_size) +
+                    " is coarser than a quarter of the stent's radius, " + mm(radius / 4));
   }
   if (*c.contact_distance >= 0.5 * radius) {
-    throw Error(ExitCode::usage, c.surface.string() + ": /contact/distance: " + mm(*c.contact_distance) + " must be below half the stent's radius, " +
-                                     mm(radius / 2));
+    throw Error(ExitCode::usage, c.surface.string() +
+                                     ": /contact/distance: " + mm(*c.contact_distance) +
+                                     " must be below half the stent's radius, " + mm(radius / 2));
   }
   const double narrowest = *std::min_element(p.wall_distance.begin(), p.wall_distance.end());
   setup.start_radius = 0.95 * narrowest;
@@ -275,18 +307,21 @@ void derive_numbers(Setup& setup) {
   const double sag = edge * edge / (8 * radius);
   if (sag > 0.005 * radius) {
     setup.warnings.push_back("the surface is coarse for this stent: between vertices " + mm(edge) +
-                             " apart the wall sags " + mm(sag) + " into a lumen of radius " + mm(radius));
+                             " apart the wall sags " + mm(sag) + " into a lumen of radius " +
+                             mm(radius));
   }
 }
 
 }  // namespace
 
-std::vector<std::optional<double>> equivalent_diameters(const TriangleMesh& mesh, const Polyline& axis, double reach) {
+std::vector<std::optional<double>> equivalent_diameters(const TriangleMesh& mesh,
+                                                        const Polyline& axis, double reach) {
   const vessels::Sectioner sections(mesh);
   const std::vector<Vec3> normals = tangents(axis);
   std::vector<std::optional<double>> result(axis.size());
   for (std::size_t i = 0; i < axis.size(); ++i) {
-    if (const auto section = sections.cut(axis[i], normals[i], reach)) result[i] = section->equivalent_diameter;
+    if (const auto section = sections.cut(axis[i], normals[i], reach))
+      result[i] = section->equivalent_diameter;
   }
   return result;
 }

@@ -1,4 +1,5 @@
-// From a case to everything the simulation needs: the surface, the stent's place in it, the patch, every number derived.
+// From a case to everything the simulation needs: the surface, the stent's place in it, the patch,
+// every number derived.
 #pragma once
 
 #include "deployment/case.hpp"
@@ -11,13 +12,14 @@ namespace vstent::deployment {
 
 /// Where the stent will be. Lengths in mm.
 struct Placement {
-  vessels::CenterlinePath way;      ///< inlet to leaf, through the stented place
-  double centre = 0;                ///< arc length of the stent's middle along `way`
-  Polyline axis;                    ///< the stent's own axis, proximal to distal, evenly spaced, before straightening
-  std::vector<double> arc;          ///< arc length along `axis`
+  vessels::CenterlinePath way;  ///< inlet to leaf, through the stented place
+  double centre = 0;            ///< arc length of the stent's middle along `way`
+  Polyline axis;  ///< the stent's own axis, proximal to distal, evenly spaced, before straightening
+  std::vector<double> arc;            ///< arc length along `axis`
   std::vector<double> wall_distance;  ///< from each axis point to the nearest wall
-  double reference_diameter = 0;    ///< smaller reference lumen of the two landing zones; 0 when neither can be measured
-  double narrowest_diameter = 0;    ///< smallest equivalent diameter in the stented length, before
+  double reference_diameter =
+      0;  ///< smaller reference lumen of the two landing zones; 0 when neither can be measured
+  double narrowest_diameter = 0;  ///< smallest equivalent diameter in the stented length, before
 };
 
 /// A case made ready. `specification` has every value filled in.
@@ -28,18 +30,20 @@ struct Setup {
   vessels::Centerline centerline;
   Placement placement;
   vessels::Region region;
-  stents::SmoothTube stent;         ///< nominal, outer
-  double start_radius = 0;          ///< inside the narrowest lumen
+  stents::SmoothTube stent;  ///< nominal, outer
+  double start_radius = 0;   ///< inside the narrowest lumen
   std::vector<std::string> warnings;
 };
 
 /// Reads, checks, places and derives.
-/// \throws Error: input_file, geometry (a surface that cannot be stented, a stent that reaches over the vessel's end,
-/// a target below the present lumen, a bend tighter than the stent is wide) or usage
+/// \throws Error: input_file, geometry (a surface that cannot be stented, a stent that reaches over
+/// the vessel's end, a target below the present lumen, a bend tighter than the stent is wide) or
+/// usage
 Setup prepare(Case specification);
 
-/// Equivalent diameters (mm) of the cross-sections of `mesh` normal to `axis` at its points; nothing where the vessel is
-/// not closed around the axis.
-std::vector<std::optional<double>> equivalent_diameters(const TriangleMesh& mesh, const Polyline& axis, double reach);
+/// Equivalent diameters (mm) of the cross-sections of `mesh` normal to `axis` at its points;
+/// nothing where the vessel is not closed around the axis.
+std::vector<std::optional<double>> equivalent_diameters(const TriangleMesh& mesh,
+                                                        const Polyline& axis, double reach);
 
 }  // namespace vstent::deployment

@@ -18,7 +18,8 @@ Location locate(std::span<const double> arc, double s) {
   return {segment, span > 0 ? std::clamp((s - arc[segment]) / span, 0.0, 1.0) : 0.0};
 }
 
-/// Gaussian smoothing with a standard deviation of `points` points; ends continued by point reflection.
+/// Gaussian smoothing with a standard deviation of `points` points; ends continued by point
+/// reflection.
 Polyline gaussian(const Polyline& line, double points) {
   const int n = static_cast<int>(line.size());
   const int reach = std::min(n - 1, static_cast<int>(std::ceil(3 * points)));
@@ -36,7 +37,8 @@ Polyline gaussian(const Polyline& line, double points) {
   Polyline result(line.size());
   for (int i = 0; i < n; ++i) {
     Vec3 sum = weights[0] * point(i);
-    for (int k = 1; k <= reach; ++k) sum += weights[static_cast<std::size_t>(k)] * (point(i - k) + point(i + k));
+    for (int k = 1; k <= reach; ++k)
+      sum += weights[static_cast<std::size_t>(k)] * (point(i - k) + point(i + k));
     result[static_cast<std::size_t>(i)] = sum / total;
   }
   return result;

@@ -27,7 +27,8 @@ Polyline resample(const Polyline& line, double from, double to, double spacing);
 /// the ends are continued by point reflection, so that they and straight lines stay where they are.
 Polyline smooth(const Polyline& line, double width);
 
-/// The same, and once more on what it took away: bends shrink only with the fourth power of width over bend radius.
+/// The same, and once more on what it took away: bends shrink only with the fourth power of width
+/// over bend radius.
 Polyline smooth_keeping_bends(const Polyline& line, double width);
 
 struct PolylinePlace {

@@ -26,10 +26,13 @@ Polyline aligned(const Polyline& line, const Polyline& target) {
   const Vec3 from = centroid(line);
   const Vec3 to = centroid(target);
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  for (std::size_t i = 0; i < line.size(); ++i) covariance += (target[i] - to) * (line[i] - from).transpose();
-  // A line leaves the rotation about itself open; a small multiple of the identity picks the one nearest to none.
+  for (std::size_t i = 0; i < line.size(); ++i)
+    covariance += (target[i] - to) * (line[i] - from).transpose();
+  // A line leaves the rotation about itself open; a small multiple of the identity picks the one
+  // nearest to none.
   covariance += 1e-9 * covariance.norm() * Eigen::Matrix3d::Identity();
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
+                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Matrix3d fix = Eigen::Matrix3d::Identity();
   fix(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
   const Eigen::Matrix3d rotation = svd.matrixU() * fix * svd.matrixV().transpose();
@@ -49,10 +52,12 @@ std::vector<Frame> rotation_minimising_frames(const Polyline& axis) {
     const Vec3 chord = axis[i + 1] - axis[i];
     const double c1 = chord.squaredNorm();
     const Vec3 normal_reflected = frames[i].normal - (2 / c1) * chord.dot(frames[i].normal) * chord;
-    const Vec3 tangent_reflected = frames[i].tangent - (2 / c1) * chord.dot(frames[i].tangent) * chord;
+    const Vec3 tangent_reflected =
+        frames[i].tangent - (2 / c1) * chord.dot(frames[i].tangent) * chord;
     const Vec3 v2 = directions[i + 1] - tangent_reflected;
     const double c2 = v2.squaredNorm();
-    Vec3 normal = c2 < 1e-14 ? normal_reflected : Vec3(normal_reflected - (2 / c2) * v2.dot(normal_reflected) * v2);
+    Vec3 normal = c2 < 1e-14 ? normal_reflected
+                             : Vec3(normal_reflected - (2 / c2) * v2.dot(normal_reflected) * v2);
     normal -= normal.dot(directions[i + 1]) * directions[i + 1];
     frames[i + 1] = {directions[i + 1], normal.normalized()};
   }
@@ -65,7 +70,8 @@ Polyline straightened(const Polyline& axis, double strength) {
   Polyline result(axis.size());
   result[0] = axis[0];
   result[1] = axis[1];
-  // `orientation` turns the native line's local frame into the new line's; each joint adds back only part of its turn.
+  // `orientation` turns the native line's local frame into the new line's; each joint adds back
+  // only part of its turn.
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
   for (std::size_t i = 1; i + 1 < axis.size(); ++i) {
     const Vec3 before = (axis[i] - axis[i - 1]).normalized();

@@ -1,4 +1,5 @@
-// The line a stent is threaded on: frames that do not twist, and straightening that keeps its length.
+// The line a stent is threaded on: frames that do not twist, and straightening that keeps its
+// length.
 #pragma once
 
 #include "sdf/geometry.hpp"
@@ -12,14 +13,14 @@ struct Frame {
   Vec3 binormal() const { return tangent.cross(normal); }
 };
 
-/// Rotation-minimising frames at the points of an axis by double reflection (Wang, Juettler, Zheng, Liu 2008), whose
-/// error falls with the fourth power of the spacing.
+/// Rotation-minimising frames at the points of an axis by double reflection (Wang, Juettler, Zheng,
+/// Liu 2008), whose error falls with the fourth power of the spacing.
 std::vector<Frame> rotation_minimising_frames(const Polyline& axis);
 
-/// The axis with every turn between its segments reduced to (1 - strength) of itself: 0 gives the axis back, 1 a straight
-/// line. Segment lengths, and so the arc length, stay. The result is moved rigidly onto the axis as closely as least
-/// squares allow, so that straightening displaces the vessel no more than it must.
-/// \pre strength in [0, 1]; at least two points, none repeated
+/// The axis with every turn between its segments reduced to (1 - strength) of itself: 0 gives the
+/// axis back, 1 a straight line. Segment lengths, and so the arc length, stay. The result is moved
+/// rigidly onto the axis as closely as least squares allow, so that straightening displaces the
+/// vessel no more than it must. \pre strength in [0, 1]; at least two points, none repeated
 Polyline straightened(const Polyline& axis, double strength);
 
 /// Angle (rad) between the directions at the two ends.

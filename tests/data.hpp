@@ -19,5 +19,6 @@ inline std::filesystem::path shared_reference(const std::string& name) {
 }  // namespace vstent::tests
 
 /// Skips the running test when `path` (a std::filesystem::path) is not there.
-#define SKIP_WITHOUT(path) \
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << "needs " << (path).string() << ", which is absent"
+#define SKIP_WITHOUT(path)            \
+  if (!std::filesystem::exists(path)) \
+  GTEST_SKIP() << "needs " << (path).string() << ", which is absent"

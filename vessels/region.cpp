@@ -22,7 +22,8 @@ void for_each_edge(const Triangle& triangle, Visit&& visit) {
 std::vector<std::vector<int>> triangles_around(const TriangleMesh& mesh) {
   std::vector<std::vector<int>> around(mesh.points.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (const int vertex : mesh.triangles[t]) around[static_cast<std::size_t>(vertex)].push_back(static_cast<int>(t));
+    for (const int vertex : mesh.triangles[t])
+      around[static_cast<std::size_t>(vertex)].push_back(static_cast<int>(t));
   }
   return around;
 }
@@ -38,7 +39,8 @@ std::vector<char> held_vertices(const TriangleMesh& mesh, std::span<const char> 
     }
   }
   for (const auto& [edge, count] : uses) {
-    if (count == 1) held[static_cast<std::size_t>(edge.first)] = held[static_cast<std::size_t>(edge.second)] = 1;
+    if (count == 1)
+      held[static_cast<std::size_t>(edge.first)] = held[static_cast<std::size_t>(edge.second)] = 1;
   }
   return held;
 }
@@ -89,12 +91,14 @@ Region find_region(const TriangleMesh& mesh, std::span<const char> fixed, const 
     }
   }
 
-  // All triangles at a movable vertex, and those across their edges: pinned support for hinges along the rim.
+  // All triangles at a movable vertex, and those across their edges: pinned support for hinges
+  // along the rim.
   std::vector<char> taken(mesh.triangles.size(), 0);
   std::map<Edge, int> rim;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const Triangle& triangle = mesh.triangles[t];
-    taken[t] = std::any_of(triangle.begin(), triangle.end(), [&](int v) { return movable[static_cast<std::size_t>(v)]; });
+    taken[t] = std::any_of(triangle.begin(), triangle.end(),
+                           [&](int v) { return movable[static_cast<std::size_t>(v)]; });
     if (taken[t]) for_each_edge(triangle, [&](const Edge& edge) { ++rim[edge]; });
   }
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -124,7 +128,8 @@ Region find_region(const TriangleMesh& mesh, std::span<const char> fixed, const 
     Triangle triangle = mesh.triangles[static_cast<std::size_t>(t)];
     for_each_edge(triangle, [&](const Edge& edge) {
       edges.push_back((mesh.points[static_cast<std::size_t>(edge.first)] -
-                       mesh.points[static_cast<std::size_t>(edge.second)]).norm());
+                       mesh.points[static_cast<std::size_t>(edge.second)])
+                          .norm());
     });
     for (int& vertex : triangle) vertex = patch_vertex[static_cast<std::size_t>(vertex)];
     region.triangles.push_back(triangle);
@@ -132,7 +137,8 @@ Region find_region(const TriangleMesh& mesh, std::span<const char> fixed, const 
   if (std::all_of(region.pinned.begin(), region.pinned.end(), [](char pinned) { return pinned; })) {
     throw std::invalid_argument("no part of the wall within reach of the stent may move");
   }
-  std::nth_element(edges.begin(), edges.begin() + static_cast<std::ptrdiff_t>(edges.size() / 2), edges.end());
+  std::nth_element(edges.begin(), edges.begin() + static_cast<std::ptrdiff_t>(edges.size() / 2),
+                   edges.end());
   region.median_edge = edges[edges.size() / 2];
   return region;
 }

@@ -7,21 +7,21 @@
 
 namespace vstent::vessels {
 
-/// The patch in its own numbering, ready for a sheet. Vertices that may not move support the patch from outside, so that
-/// the wall stays smooth across its rim.
+/// The patch in its own numbering, ready for a sheet. Vertices that may not move support the patch
+/// from outside, so that the wall stays smooth across its rim.
 struct Region {
-  std::vector<int> vertices;       ///< of the surface mesh, ascending
-  std::vector<char> pinned;        ///< per patch vertex: 1 where it stays where it is
-  std::vector<Triangle> triangles; ///< by patch vertex
-  std::vector<int> triangle_ids;   ///< of the surface mesh
-  double median_edge = 0;          ///< mm
-  bool meets_opening = false;      ///< the patch was cut short by an open rim or a cap
+  std::vector<int> vertices;        ///< of the surface mesh, ascending
+  std::vector<char> pinned;         ///< per patch vertex: 1 where it stays where it is
+  std::vector<Triangle> triangles;  ///< by patch vertex
+  std::vector<int> triangle_ids;    ///< of the surface mesh
+  double median_edge = 0;           ///< mm
+  bool meets_opening = false;       ///< the patch was cut short by an open rim or a cap
 };
 
-/// Vertices may move where their distance to `axis` is at most `reach` (mm, per axis point), they are joined to the wall
-/// nearest to the axis's middle by such vertices, and they lie neither on an open rim nor on a triangle marked `fixed`
-/// (caps). A vessel that merely lies close is not joined, so it stays.
-/// \throws std::invalid_argument when nothing may move
+/// Vertices may move where their distance to `axis` is at most `reach` (mm, per axis point), they
+/// are joined to the wall nearest to the axis's middle by such vertices, and they lie neither on an
+/// open rim nor on a triangle marked `fixed` (caps). A vessel that merely lies close is not joined,
+/// so it stays. \throws std::invalid_argument when nothing may move
 Region find_region(const TriangleMesh& mesh, std::span<const char> fixed, const Polyline& axis,
                    std::span<const double> reach);
 

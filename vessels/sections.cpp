@@ -37,7 +37,8 @@ bool winds_around_origin(const std::vector<PlanePoint>& outline) {
   for (std::size_t i = 0; i < outline.size(); ++i) {
     const PlanePoint& p = outline[i];
     const PlanePoint& q = outline[(i + 1) % outline.size()];
-    if ((p.y() > 0) != (q.y() > 0) && p.x() - p.y() * (q.x() - p.x()) / (q.y() - p.y()) > 0) inside = !inside;
+    if ((p.y() > 0) != (q.y() > 0) && p.x() - p.y() * (q.x() - p.x()) / (q.y() - p.y()) > 0)
+      inside = !inside;
   }
   return inside;
 }
@@ -53,7 +54,8 @@ PlanePoint area_centroid(const std::vector<PlanePoint>& outline, double area) {
 }
 
 /// Distance from `from` to the farthest crossing of the outline along `direction`.
-double ray_reach(const std::vector<PlanePoint>& outline, const PlanePoint& from, const PlanePoint& direction) {
+double ray_reach(const std::vector<PlanePoint>& outline, const PlanePoint& from,
+                 const PlanePoint& direction) {
   double reach = 0;
   const PlanePoint normal(-direction.y(), direction.x());
   for (std::size_t i = 0; i < outline.size(); ++i) {
@@ -68,8 +70,8 @@ double ray_reach(const std::vector<PlanePoint>& outline, const PlanePoint& from,
   return reach;
 }
 
-Section measure(const std::vector<Vec3>& points, const std::vector<PlanePoint>& outline, const Vec3& origin,
-                const Vec3& u, const Vec3& v) {
+Section measure(const std::vector<Vec3>& points, const std::vector<PlanePoint>& outline,
+                const Vec3& origin, const Vec3& u, const Vec3& v) {
   Section section;
   section.outline = points;
   const double area = signed_area(outline);
@@ -80,12 +82,14 @@ Section measure(const std::vector<Vec3>& points, const std::vector<PlanePoint>& 
     section.perimeter += (outline[(i + 1) % outline.size()] - outline[i]).norm();
   }
   section.equivalent_diameter = std::sqrt(4 * section.area / std::numbers::pi);
-  constexpr int kDirections = 90;  // every 2 degrees: a chord is at most 1 - cos(1 deg) = 0.015 % off its extreme
+  constexpr int kDirections =
+      90;  // every 2 degrees: a chord is at most 1 - cos(1 deg) = 0.015 % off its extreme
   section.min_diameter = std::numeric_limits<double>::infinity();
   for (int k = 0; k < kDirections; ++k) {
     const double angle = std::numbers::pi * k / kDirections;
     const PlanePoint direction(std::cos(angle), std::sin(angle));
-    const double chord = ray_reach(outline, centroid, direction) + ray_reach(outline, centroid, -direction);
+    const double chord =
+        ray_reach(outline, centroid, direction) + ray_reach(outline, centroid, -direction);
     section.min_diameter = std::min(section.min_diameter, chord);
     section.max_diameter = std::max(section.max_diameter, chord);
   }
@@ -95,7 +99,8 @@ Section measure(const std::vector<Vec3>& points, const std::vector<PlanePoint>& 
 std::vector<Box> triangle_boxes(const TriangleMesh& mesh) {
   std::vector<Box> boxes(mesh.triangles.size());
   for (std::size_t t = 0; t < boxes.size(); ++t) {
-    for (const int vertex : mesh.triangles[t]) boxes[t].include(mesh.points[static_cast<std::size_t>(vertex)]);
+    for (const int vertex : mesh.triangles[t])
+      boxes[t].include(mesh.points[static_cast<std::size_t>(vertex)]);
   }
   return boxes;
 }
@@ -111,8 +116,8 @@ std::optional<Section> Sectioner::cut(const Vec3& centre, const Vec3& normal, do
   const Vec3 u = axis.cross(Vec3::Unit(smallest)).normalized();
   const Vec3 v = axis.cross(u);
 
-  // Each cut triangle joins two cut edges, from the one where its oriented boundary goes below the plane to the other,
-  // so that every outline is a cycle of the map `next`.
+  // Each cut triangle joins two cut edges, from the one where its oriented boundary goes below the
+  // plane to the other, so that every outline is a cycle of the map `next`.
   std::unordered_map<std::uint64_t, EdgeCut> next;
   std::vector<std::uint64_t> starts;
   std::unordered_map<std::uint64_t, Vec3> position;
@@ -123,7 +128,9 @@ std::optional<Section> Sectioner::cut(const Vec3& centre, const Vec3& normal, do
     const Triangle& triangle = mesh_.triangles[static_cast<std::size_t>(t)];
     double height[3];
     for (int k = 0; k < 3; ++k) {
-      height[k] = (mesh_.points[static_cast<std::size_t>(triangle[static_cast<std::size_t>(k)])] - centre).dot(axis);
+      height[k] =
+          (mesh_.points[static_cast<std::size_t>(triangle[static_cast<std::size_t>(k)])] - centre)
+              .dot(axis);
     }
     std::optional<EdgeCut> down;
     std::optional<EdgeCut> up;

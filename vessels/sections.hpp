@@ -1,4 +1,5 @@
-// Cross-sections of a lumen: the closed outline of the vessel asked for, where a plane cuts the surface.
+// Cross-sections of a lumen: the closed outline of the vessel asked for, where a plane cuts the
+// surface.
 #pragma once
 
 #include <optional>
@@ -14,7 +15,7 @@ struct Section {
   Vec3 centroid = Vec3::Zero();  ///< of the enclosed area
   double area = 0;
   double perimeter = 0;
-  double equivalent_diameter = 0;  ///< of the circle of equal area
+  double equivalent_diameter = 0;             ///< of the circle of equal area
   double min_diameter = 0, max_diameter = 0;  ///< shortest and longest chord through the centroid
 };
 
@@ -23,8 +24,9 @@ class Sectioner {
  public:
   explicit Sectioner(const TriangleMesh& mesh);
 
-  /// The closed outline around `centre`, in the plane through it, of triangles within `reach` (mm) of it: the smallest
-  /// that winds around the centre. Nothing when the plane leaves the surface open there or the centre lies outside.
+  /// The closed outline around `centre`, in the plane through it, of triangles within `reach` (mm)
+  /// of it: the smallest that winds around the centre. Nothing when the plane leaves the surface
+  /// open there or the centre lies outside.
   std::optional<Section> cut(const Vec3& centre, const Vec3& normal, double reach) const;
 
  private:

@@ -27,8 +27,8 @@ struct Result {
 };
 
 pid_t start(const TemporaryFolder& folder, const std::string& arguments) {
-  const std::string line = std::string("exec ") + VSTENT_COMMAND + " " + arguments + " >" + (folder / "out.txt").string() +
-                           " 2>" + (folder / "err.txt").string();
+  const std::string line = std::string("exec ") + VSTENT_COMMAND + " " + arguments + " >" +
+                           (folder / "out.txt").string() + " 2>" + (folder / "err.txt").string();
   const pid_t child = fork();
   if (child == 0) {
     execl("/bin/sh", "sh", "-c", line.c_str(), static_cast<char*>(nullptr));
@@ -41,21 +41,24 @@ Result vstent(const TemporaryFolder& folder, const std::string& arguments) {
   const pid_t child = start(folder, arguments);
   int status = 0;
   waitpid(child, &status, 0);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_text(folder / "out.txt"),
-          read_text(folder / "err.txt")};
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
+          read_text(folder / "out.txt"), read_text(folder / "err.txt")};
 }
 
 fs::path ideal_vessel(const TemporaryFolder& folder) {
   vessels::IdealisedVessel vessel;
   vessel.edge_length = 1.0;
-  const vessels::Surface surface = vessels::make_surface(vessels::idealised_vessel(vessel), "ideal");
+  const vessels::Surface surface =
+      vessels::make_surface(vessels::idealised_vessel(vessel), "ideal");
   const fs::path path = folder / "vessel.vtp";
-  vessels::write_surface(surface, surface.mesh.points, std::vector<char>(surface.mesh.points.size(), 0), path);
+  vessels::write_surface(surface, surface.mesh.points,
+                         std::vector<char>(surface.mesh.points.size(), 0), path);
   return path;
 }
 
 std::string stent_options(const fs::path& surface) {
-  return "deploy " + surface.string() + " --units mm --at lesion --length 24mm --diameter 10mm --no-pictures";
+  return "deploy " + surface.string() +
+         " --units mm --at lesion --length 24mm --diameter 10mm --no-pictures";
 }
 
 const char* const kFiles[] = {"stented.vtp", "stent.vtp",    "stent.vdb",  "centerline.vtp",
@@ -69,11 +72,13 @@ TEST(Command, DeploysAndItsCaseFileGivesTheSameBytesAgain) {
   EXPECT_NE(first.out.find("not for clinical use"), std::string::npos);
   EXPECT_EQ(first.err.find('\r'), std::string::npos) << "progress is for terminals";
   for (const std::string threads : {"1", "2"}) {
-    const Result again = vstent(folder, "deploy " + (folder / "a/case.json").string() + " --no-pictures --threads " + threads +
-                                            " -o " + (folder / "b").string());
+    const Result again =
+        vstent(folder, "deploy " + (folder / "a/case.json").string() + " --no-pictures --threads " +
+                           threads + " -o " + (folder / "b").string());
     ASSERT_EQ(again.exit_code, 0) << again.err;
     for (const char* file : kFiles) {
-      EXPECT_TRUE(read_text(folder / "a" / file) == read_text(folder / "b" / file)) << file << ", " << threads << " threads";
+      EXPECT_TRUE(read_text(folder / "a" / file) == read_text(folder / "b" / file))
+          << file << ", " << threads << " threads";
       EXPECT_FALSE(read_text(folder / "a" / file).empty()) << file;
     }
   }
@@ -100,7 +105,8 @@ TEST(Command, AKilledRunLeavesTheOutputFolderAsItWas) {
   fs::create_directory(folder / "a");
   write_text(folder / "a/metrics.json", "old");
   for (const int signal : {SIGKILL, SIGINT, SIGTERM}) {
-    const pid_t child = start(folder, stent_options(surface) + " --save-steps 1 -o " + (folder / "a").string());
+    const pid_t child =
+        start(folder, stent_options(surface) + " --save-steps 1 -o " + (folder / "a").string());
     while (!fs::exists(folder / ("a.partial-" + std::to_string(child)) / "steps")) {
       ASSERT_EQ(waitpid(child, nullptr, WNOHANG), 0) << "ended before it could be killed";
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -125,7 +131,8 @@ TEST(Command, RefusesWithOneLineAndWritesNothing) {
   write_text(folder / "truncated.vtp", whole.substr(0, whole.size() / 2));
   write_text(folder / "empty.vtp", "");
   write_text(folder / "nan.stl",
-             "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex nan 1 0\nvertex 1 0 0\nendloop\nendfacet\n"
+             "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex nan 1 0\nvertex 1 0 "
+             "0\nendloop\nendfacet\n"
              "endsolid a\n");
   write_text(folder / "bad.json", "{ \"vessel\": ");
   const std::string sizes = " --units mm --length 24mm --diameter 10mm";
@@ -145,7 +152,8 @@ TEST(Command, RefusesWithOneLineAndWritesNothing) {
       {surface.string() + sizes + " --no-such-option", 2},
   };
   for (const auto& [arguments, exit_code] : cases) {
-    const Result result = vstent(folder, "deploy " + arguments + " -o " + (folder / "result").string());
+    const Result result =
+        vstent(folder, "deploy " + arguments + " -o " + (folder / "result").string());
     EXPECT_EQ(result.exit_code, exit_code) << arguments << "\n" << result.err;
     EXPECT_TRUE(result.err.starts_with("error: ")) << arguments << "\n" << result.err;
     EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
@@ -163,11 +171,12 @@ TEST(Command, ChecksAndExtractsCenterlines) {
   const auto report = nlohmann::json::parse(check.out);
   EXPECT_TRUE(report["stentable"].get<bool>());
   EXPECT_EQ(report["openings"].size(), 2u);
-  const Result centerline =
-      vstent(folder, "centerline " + surface.string() + " --units mm -o " + (folder / "cl.vtp").string());
+  const Result centerline = vstent(
+      folder, "centerline " + surface.string() + " --units mm -o " + (folder / "cl.vtp").string());
   EXPECT_EQ(centerline.exit_code, 0) << centerline.err;
-  const Result deploy = vstent(folder, stent_options(surface) + " --centerline " + (folder / "cl.vtp").string() + " -o " +
-                                           (folder / "a").string());
+  const Result deploy =
+      vstent(folder, stent_options(surface) + " --centerline " + (folder / "cl.vtp").string() +
+                         " -o " + (folder / "a").string());
   EXPECT_EQ(deploy.exit_code, 0) << deploy.err;
 }
 

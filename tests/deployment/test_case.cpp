@@ -46,9 +46,13 @@ TEST(CaseFile, WritingAndReadingAgainIsTheSame) {
   specification["stent"]["cell"] = "closed";
   specification["stent"]["straightening"] = 0.3;
   specification["stent"]["flare"] = {{"diameter", "12mm"}, {"length", "2mm"}};
-  specification["wall"] = {{"youngs_modulus_MPa", 0.7}, {"thickness", "1.1mm"}, {"poisson_ratio", 0.4}};
+  specification["wall"] = {
+      {"youngs_modulus_MPa", 0.7}, {"thickness", "1.1mm"}, {"poisson_ratio", 0.4}};
   specification["contact"] = {{"distance", "0.2mm"}, {"stiffness_N_per_mm", 3.5}};
-  specification["solver"] = {{"growth_per_step", "0.05mm"}, {"iterations", 3}, {"tolerance", 0.01}, {"max_settling_steps", 7}};
+  specification["solver"] = {{"growth_per_step", "0.05mm"},
+                             {"iterations", 3},
+                             {"tolerance", 0.01},
+                             {"max_settling_steps", 7}};
   specification["save_steps"] = 4;
   const auto once = to_json(parse_case(specification, "case.json", "/data"));
   const auto twice = to_json(parse_case(json::parse(once.dump()), "case.json", "/elsewhere"));
@@ -62,7 +66,8 @@ TEST(CaseFile, NamesFileAndKeyOfWhatIsWrong) {
   EXPECT_EQ(refusal(c), "case.json: /stent/diametre: unknown key; did you mean \"diameter\"?");
   c = minimal();
   c["stent"]["diameter"] = 11;
-  EXPECT_NE(refusal(c).find("case.json: /stent/diameter: must be a length with its unit"), std::string::npos);
+  EXPECT_NE(refusal(c).find("case.json: /stent/diameter: must be a length with its unit"),
+            std::string::npos);
   c = minimal();
   c["stent"]["diameter"] = "11";
   EXPECT_NE(refusal(c).find("/stent/diameter: needs a unit"), std::string::npos);
@@ -80,13 +85,15 @@ TEST(CaseFile, NamesFileAndKeyOfWhatIsWrong) {
   EXPECT_NE(refusal(c).find("/stent/at: must be a point"), std::string::npos);
   c = minimal();
   c["stent"]["straightening"] = 0.5;
-  EXPECT_NE(refusal(c).find("/stent/straightening: an open-cell stent follows the vessel"), std::string::npos);
+  EXPECT_NE(refusal(c).find("/stent/straightening: an open-cell stent follows the vessel"),
+            std::string::npos);
   c = minimal();
   c["stent"]["cell"] = "half-open";
   EXPECT_NE(refusal(c).find("/stent/cell: must be one of open, closed"), std::string::npos);
   c = minimal();
   c["solver"]["iterations"] = 0;
-  EXPECT_NE(refusal(c).find("/solver/iterations: must be a whole number from 1"), std::string::npos);
+  EXPECT_NE(refusal(c).find("/solver/iterations: must be a whole number from 1"),
+            std::string::npos);
   c = minimal();
   c["solver"]["tolerance"] = "small";
   EXPECT_NE(refusal(c).find("/solver/tolerance: must be a number"), std::string::npos);
@@ -114,7 +121,8 @@ TEST(CaseFile, RefusesWhatIsNoJson) {
   };
   EXPECT_NE(refusal_of("{\n  \"vessel\": }").find("not JSON, at line 2"), std::string::npos);
   EXPECT_NE(refusal_of("").find("not JSON"), std::string::npos);
-  EXPECT_NE(refusal_of(R"({"stent": {"length": "1mm", "length": "2mm"}})").find("length: the key appears twice"),
+  EXPECT_NE(refusal_of(R"({"stent": {"length": "1mm", "length": "2mm"}})")
+                .find("length: the key appears twice"),
             std::string::npos);
   EXPECT_THROW(read_case(folder / "absent.json"), Error);
   EXPECT_THROW(read_case(folder.path()), Error);

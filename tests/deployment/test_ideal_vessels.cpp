@@ -29,8 +29,10 @@ vessels::IdealisedVessel stenosed(double bend_angle = 0) {
 }
 
 void write(const vessels::IdealisedVessel& vessel, const std::filesystem::path& path) {
-  const vessels::Surface surface = vessels::make_surface(vessels::idealised_vessel(vessel), "ideal");
-  vessels::write_surface(surface, surface.mesh.points, std::vector<char>(surface.mesh.points.size(), 0), path);
+  const vessels::Surface surface =
+      vessels::make_surface(vessels::idealised_vessel(vessel), "ideal");
+  vessels::write_surface(surface, surface.mesh.points,
+                         std::vector<char>(surface.mesh.points.size(), 0), path);
 }
 
 Case make_case(const std::filesystem::path& surface, const json& stent) {
@@ -39,12 +41,14 @@ Case make_case(const std::filesystem::path& surface, const json& stent) {
   return tests::make_case(surface, "mm", whole);
 }
 
-WholeRun run(const TemporaryFolder& folder, const vessels::IdealisedVessel& vessel, const json& stent = json::object()) {
+WholeRun run(const TemporaryFolder& folder, const vessels::IdealisedVessel& vessel,
+             const json& stent = json::object()) {
   write(vessel, folder / "vessel.vtp");
   return tests::run(folder, make_case(folder / "vessel.vtp", stent));
 }
 
-// With rigid contact the wall's vertices come to rest on the stent; between them, chords sag by h^2 / (8 R).
+// With rigid contact the wall's vertices come to rest on the stent; between them, chords sag by h^2
+// / (8 R).
 double sag() { return kEdge * kEdge / (8 * 5); }
 
 TEST(IdealVessel, StenosisOpensToThePrescribedDiameter) {
@@ -70,7 +74,8 @@ TEST(IdealVessel, AxisymmetricCaseDoesNotTurn) {
     if (!r.outcome.moved[v]) continue;
     const Vec3& before = r.setup.surface.mesh.points[v];
     const Vec3& after = r.outcome.positions[v];
-    turn += std::atan2(before.x() * after.y() - before.y() * after.x(), before.x() * after.x() + before.y() * after.y());
+    turn += std::atan2(before.x() * after.y() - before.y() * after.x(),
+                       before.x() * after.x() + before.y() * after.y());
     ++counted;
   }
   EXPECT_LT(std::abs(turn / counted) * 180 / std::numbers::pi, 0.05);
@@ -99,7 +104,8 @@ TEST(IdealVessel, AutoTakesTheReferenceLumen) {
   const TemporaryFolder folder;
   write(stenosed(), folder / "vessel.vtp");
   const deployment::Setup setup = prepare(make_case(folder / "vessel.vtp", {{"diameter", "auto"}}));
-  EXPECT_NEAR(*setup.specification.diameter, 10, 0.05);  // a polygon of 39 sides lacks 0.2 % of the circle's diameter
+  EXPECT_NEAR(*setup.specification.diameter, 10,
+              0.05);  // a polygon of 39 sides lacks 0.2 % of the circle's diameter
 }
 
 TEST(IdealVessel, LesionIsFoundWhereItWasMade) {
@@ -111,11 +117,13 @@ TEST(IdealVessel, LesionIsFoundWhereItWasMade) {
 
 TEST(IdealVessel, TaperAndFlareReachTheirDiameters) {
   const TemporaryFolder folder;
-  const WholeRun taper = run(folder, stenosed(), {{"diameter", "11mm"}, {"distal_diameter", "9mm"}});
+  const WholeRun taper =
+      run(folder, stenosed(), {{"diameter", "11mm"}, {"distal_diameter", "9mm"}});
   EXPECT_NEAR(taper.outcome.radii.front(), 5.5, 1e-12);
   EXPECT_NEAR(taper.outcome.radii.back(), 4.5, 1e-12);
   EXPECT_NEAR(taper.metrics.opened_mean_over_target, 1, 0.01);
-  const WholeRun flare = run(folder, stenosed(), {{"flare", {{"diameter", "12mm"}, {"length", "4mm"}}}});
+  const WholeRun flare =
+      run(folder, stenosed(), {{"flare", {{"diameter", "12mm"}, {"length", "4mm"}}}});
   const auto& last = flare.metrics.stations[flare.metrics.stations.size() - 3];
   ASSERT_TRUE(last.after.has_value());
   EXPECT_NEAR(last.after->equivalent_diameter, last.target, 0.01 * last.target);
@@ -139,7 +147,8 @@ TEST(IdealVessel, ResultsDoNotDependOnTheNumberOfThreads) {
   const deployment::Setup setup = prepare(make_case(folder / "vessel.vtp", json::object()));
   const Outcome all = deploy(setup);
   for (const std::size_t threads : {1u, 3u}) {
-    const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism, threads);
+    const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
+                                            threads);
     const deployment::Setup again = prepare(make_case(folder / "vessel.vtp", json::object()));
     EXPECT_EQ(deploy(again).positions, all.positions) << threads << " threads";
   }
@@ -180,12 +189,17 @@ std::string refusal(const Case& c) {
 TEST(IdealVessel, RefusesWhatCannotBe) {
   const TemporaryFolder folder;
   write(stenosed(), folder / "vessel.vtp");
-  const auto refusal_of = [&](const json& stent) { return refusal(make_case(folder / "vessel.vtp", stent)); };
-  EXPECT_NE(refusal_of({{"length", "70mm"}}).find("reaches 5 mm over the vessel's"), std::string::npos);
+  const auto refusal_of = [&](const json& stent) {
+    return refusal(make_case(folder / "vessel.vtp", stent));
+  };
+  EXPECT_NE(refusal_of({{"length", "70mm"}}).find("reaches 5 mm over the vessel's"),
+            std::string::npos);
   EXPECT_NE(refusal_of({{"length", "59mm"}}).find("must lie beyond it"), std::string::npos);
   EXPECT_NE(refusal_of({{"diameter", "4mm"}}).find("nothing to open"), std::string::npos);
-  EXPECT_NE(refusal_of({{"diameter", "26mm"}}).find("times the reference lumen"), std::string::npos);
-  EXPECT_NE(refusal_of({{"at", {500, 0, 0}}}).find("from the nearest centerline"), std::string::npos);
+  EXPECT_NE(refusal_of({{"diameter", "26mm"}}).find("times the reference lumen"),
+            std::string::npos);
+  EXPECT_NE(refusal_of({{"at", {500, 0, 0}}}).find("from the nearest centerline"),
+            std::string::npos);
   vessels::IdealisedVessel healthy = stenosed();
   healthy.stenosis = 0;
   write(healthy, folder / "vessel.vtp");
@@ -205,7 +219,8 @@ TEST(IdealVessel, SavedStepsAreListedForParaView) {
   const std::string list = tests::read_text(folder / "steps.pvd");
   EXPECT_NE(list.find("steps/wall_00003.vtp"), std::string::npos);
   EXPECT_TRUE(std::filesystem::exists(folder / "steps/stent_00001.vtp"));
-  EXPECT_EQ(vessels::read_surface(folder / "steps/wall_00003.vtp", vessels::LengthUnit::mm).mesh.points.size(),
+  EXPECT_EQ(vessels::read_surface(folder / "steps/wall_00003.vtp", vessels::LengthUnit::mm)
+                .mesh.points.size(),
             setup.surface.mesh.points.size());
 }
 

@@ -1,11 +1,10 @@
 // Measures against closed forms, on generated vessels.
-#include "deployment/measure.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
+#include "deployment/measure.hpp"
 #include "sdf/polyline.hpp"
 #include "vessels/idealised.hpp"
 
@@ -48,10 +47,12 @@ TEST(Measure, NothingMovedGivesZeros) {
   EXPECT_FALSE(m.closed_after);
 }
 
-// A cut through a tube of n facets is a polygon between the inscribed n-gon and the circle: its area falls short of the
-// circle's by at most a factor sin(2 pi/n) / (2 pi/n) for a cut through vertices; staggered rows add 2n corners between.
+// A cut through a tube of n facets is a polygon between the inscribed n-gon and the circle: its
+// area falls short of the circle's by at most a factor sin(2 pi/n) / (2 pi/n) for a cut through
+// vertices; staggered rows add 2n corners between.
 TEST(Measure, TubeDiametersBeforeAndAfterAConcentricExpansion) {
-  const vessels::Surface before = vessels::make_surface(vessels::idealised_vessel(tube(5)), "before");
+  const vessels::Surface before =
+      vessels::make_surface(vessels::idealised_vessel(tube(5)), "before");
   TriangleMesh mesh = before.mesh;
   for (Vec3& p : mesh.points) p.head<2>() *= 6.0 / 5.0;
   const vessels::Surface after = vessels::make_surface(mesh, "after");
@@ -71,7 +72,8 @@ TEST(Measure, TubeDiametersBeforeAndAfterAConcentricExpansion) {
 
 TEST(Measure, SeesInvertedTrianglesCrossingsAndStrays) {
   const auto vessel = tube(5);
-  const vessels::Surface before = vessels::make_surface(vessels::idealised_vessel(vessel), "before");
+  const vessels::Surface before =
+      vessels::make_surface(vessels::idealised_vessel(vessel), "before");
   TriangleMesh mesh = before.mesh;
   std::size_t victim = 0;
   for (std::size_t v = 0; v < mesh.points.size(); ++v) {
@@ -90,9 +92,11 @@ TEST(Measure, SeesInvertedTrianglesCrossingsAndStrays) {
 TEST(Measure, StenosisOfTheIdealVesselIsWhatItWasMadeWith) {
   vessels::IdealisedVessel vessel;
   vessel.stenosis = 0.6;
-  const vessels::Surface surface = vessels::make_surface(vessels::idealised_vessel(vessel), "stenosed");
+  const vessels::Surface surface =
+      vessels::make_surface(vessels::idealised_vessel(vessel), "stenosed");
   const Metrics m = measure(surface, surface, comparison_for(surface, middle(vessel, 20, 40), 10));
-  EXPECT_NEAR(*m.stenosis_before, 60, 0.5);  // percent; the section halfway along an edge row is up to 0.3 % wider
+  EXPECT_NEAR(*m.stenosis_before, 60,
+              0.5);  // percent; the section halfway along an edge row is up to 0.3 % wider
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // Whole runs on real vessels.
 #include <gtest/gtest.h>
 
-
 #include "tests/data.hpp"
 #include "tests/deployment/whole_run.hpp"
 #include "vessels/error.hpp"
@@ -14,8 +13,8 @@ using tests::shared_data;
 using tests::TemporaryFolder;
 using tests::WholeRun;
 
-WholeRun run(const TemporaryFolder& folder, const std::filesystem::path& surface, const std::string& units,
-             const json& stent) {
+WholeRun run(const TemporaryFolder& folder, const std::filesystem::path& surface,
+             const std::string& units, const json& stent) {
   return tests::run(folder, tests::make_case(surface, units, stent));
 }
 
@@ -33,7 +32,8 @@ TEST(RealVessel, CoarctationOpensToThePrescribedDiameter) {
   const auto surface = shared_data("coa_patient1/wall_aorta.stl");
   SKIP_WITHOUT(surface);
   const TemporaryFolder folder;
-  const WholeRun r = run(folder, surface, "mm", {{"at", {0.36, 0.16, -3.78}}, {"length", "30mm"}, {"diameter", "11mm"}});
+  const WholeRun r = run(folder, surface, "mm",
+                         {{"at", {0.36, 0.16, -3.78}}, {"length", "30mm"}, {"diameter", "11mm"}});
   expect_sound(r);
   EXPECT_NEAR(r.metrics.opened_mean_over_target, 1, 0.005);
   EXPECT_GT(r.metrics.opened_min_diameter, 10.8);
@@ -44,16 +44,19 @@ TEST(RealVessel, VeinGraftKeepsItsFacesAndItsCaps) {
   const auto surface = shared_data("veingraft_stenosis/capped.vtp");
   SKIP_WITHOUT(surface);
   const TemporaryFolder folder;
-  const WholeRun r = run(folder, surface, "cm", {{"at", {-5.14, -0.96, 11.02}}, {"length", "3cm"}, {"diameter", "1.6cm"}});
+  const WholeRun r = run(folder, surface, "cm",
+                         {{"at", {-5.14, -0.96, 11.02}}, {"length", "3cm"}, {"diameter", "1.6cm"}});
   expect_sound(r);
   EXPECT_NEAR(r.metrics.opened_mean_over_target, 1, 0.005);
   EXPECT_GT(r.metrics.opened_min_diameter, 0.98 * 16);
   EXPECT_TRUE(r.metrics.closed_after);
-  const vessels::Surface written = vessels::read_surface(folder / "stented.vtp", vessels::LengthUnit::cm);
+  const vessels::Surface written =
+      vessels::read_surface(folder / "stented.vtp", vessels::LengthUnit::cm);
   EXPECT_EQ(written.face_of_triangle, r.setup.surface.face_of_triangle);
   for (std::size_t t = 0; t < written.mesh.triangles.size(); ++t) {
     if (written.face_of_triangle[t] == 1) continue;  // the wall; 2 and 3 are the caps
-    for (const int v : written.mesh.triangles[t]) EXPECT_FALSE(r.outcome.moved[static_cast<std::size_t>(v)]);
+    for (const int v : written.mesh.triangles[t])
+      EXPECT_FALSE(r.outcome.moved[static_cast<std::size_t>(v)]);
   }
 }
 
@@ -63,12 +66,17 @@ TEST(RealVessel, ClosedCellsStraightenATortuousIliac) {
   const TemporaryFolder folder;
   const json at = {{"branch", 2}, {"arc_length", "80mm"}};
   const WholeRun straight =
-      run(folder, surface, "cm", {{"at", at}, {"length", "40mm"}, {"diameter", "12mm"}, {"cell", "closed"}});
+      run(folder, surface, "cm",
+          {{"at", at}, {"length", "40mm"}, {"diameter", "12mm"}, {"cell", "closed"}});
   expect_sound(straight);
   EXPECT_GT(straight.metrics.bend_before, 20);
   EXPECT_LT(straight.metrics.bend_after, 2);
   const WholeRun native = run(folder, surface, "cm",
-                         {{"at", at}, {"length", "40mm"}, {"diameter", "12mm"}, {"cell", "closed"}, {"straightening", 0.0}});
+                              {{"at", at},
+                               {"length", "40mm"},
+                               {"diameter", "12mm"},
+                               {"cell", "closed"},
+                               {"straightening", 0.0}});
   expect_sound(native);
   EXPECT_NEAR(native.metrics.bend_after, native.metrics.bend_before, 2);
 }

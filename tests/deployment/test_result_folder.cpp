@@ -1,10 +1,9 @@
-#include "deployment/result_folder.hpp"
-
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "deployment/result_folder.hpp"
 #include "tests/temporary_folder.hpp"
 #include "vessels/error.hpp"
 
@@ -17,7 +16,8 @@ using tests::TemporaryFolder;
 using tests::write_text;
 
 std::size_t entries(const fs::path& folder) {
-  return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator{}));
+  return static_cast<std::size_t>(
+      std::distance(fs::directory_iterator(folder), fs::directory_iterator{}));
 }
 
 TEST(ResultFolder, AppearsOnlyWhenPublished) {

@@ -15,8 +15,10 @@ struct WholeRun {
   deployment::Metrics metrics;
 };
 
-inline deployment::Case make_case(const std::filesystem::path& surface, const std::string& units, const nlohmann::json& stent) {
-  const nlohmann::json specification = {{"vessel", {{"surface", surface.string()}, {"units", units}}}, {"stent", stent}};
+inline deployment::Case make_case(const std::filesystem::path& surface, const std::string& units,
+                                  const nlohmann::json& stent) {
+  const nlohmann::json specification = {
+      {"vessel", {{"surface", surface.string()}, {"units", units}}}, {"stent", stent}};
   return deployment::parse_case(specification, "test", "/");
 }
 

@@ -31,12 +31,14 @@ std::vector<Include> includes() {
   std::vector<Include> found;
   const std::regex pattern(R"re(^\s*#\s*include\s*["<]([^">]+)[">])re");
   for (const auto& [folder, allowed] : kMayInclude) {
-    for (const auto& entry : fs::recursive_directory_iterator(fs::path(VSTENT_SOURCE_DIR) / folder)) {
+    for (const auto& entry :
+         fs::recursive_directory_iterator(fs::path(VSTENT_SOURCE_DIR) / folder)) {
       if (entry.path().extension() != ".hpp" && entry.path().extension() != ".cpp") continue;
       std::ifstream file(entry.path());
       std::smatch match;
       for (std::string line; std::getline(file, line);) {
-        if (std::regex_search(line, match, pattern)) found.push_back({entry.path(), folder, match[1]});
+        if (std::regex_search(line, match, pattern))
+          found.push_back({entry.path(), folder, match[1]});
       }
     }
   }
@@ -49,7 +51,8 @@ TEST(Layering, NothingIncludesUpward) {
     const std::string target = include.header.substr(0, include.header.find('/'));
     if (!kMayInclude.contains(target) || kShared.contains(include.header)) continue;
     ++checked;
-    EXPECT_TRUE(kMayInclude.at(include.folder).contains(target)) << include.file << " includes " << include.header;
+    EXPECT_TRUE(kMayInclude.at(include.folder).contains(target))
+        << include.file << " includes " << include.header;
   }
   EXPECT_GT(checked, 50u);
 }

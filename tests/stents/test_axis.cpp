@@ -1,5 +1,3 @@
-#include "stents/axis.hpp"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -8,6 +6,7 @@
 #include <random>
 
 #include "sdf/polyline.hpp"
+#include "stents/axis.hpp"
 
 namespace vstent::stents {
 namespace {
@@ -112,8 +111,9 @@ TEST(Frames, DoNotTurnOutOfAPlaneCurvesPlane) {
   for (const Frame& frame : frames) EXPECT_NEAR(frame.normal.dot(out_of_plane), first, 1e-12);
 }
 
-// On a helix the frame turns against the Frenet frame by torsion times arc length; double reflection gets there with an
-// error that falls with the fourth power of the spacing (tangents here are chords' means, second order: so at least that).
+// On a helix the frame turns against the Frenet frame by torsion times arc length; double
+// reflection gets there with an error that falls with the fourth power of the spacing (tangents
+// here are chords' means, second order: so at least that).
 TEST(Frames, TurnOnAHelixByItsTorsion) {
   const double r = 5, c = 1.5, angle = 6;
   const auto error = [&](int pieces) {
@@ -126,7 +126,8 @@ TEST(Frames, TurnOnAHelixByItsTorsion) {
       const Vec3 n = frenet_normal(a);
       return std::atan2(frame.normal.dot(frame.tangent.cross(n)), frame.normal.dot(n));
     };
-    const double turned = phase(frames[static_cast<std::size_t>(pieces) - 1], a1) - phase(frames[1], a0);
+    const double turned =
+        phase(frames[static_cast<std::size_t>(pieces) - 1], a1) - phase(frames[1], a0);
     const double torsion = c / (r * r + c * c);
     const double expected = -torsion * (a1 - a0) * std::hypot(r, c);
     return std::abs(std::remainder(turned - expected, 2 * std::numbers::pi));
@@ -148,7 +149,8 @@ TEST(Polylines, ResamplingKeepsEndsAndSpacing) {
   const auto arcs = arc_lengths(line);
   EXPECT_LT((result.front() - point_at(line, arcs, 2)).norm(), 1e-12);
   EXPECT_LT((result.back() - point_at(line, arcs, 12)).norm(), 1e-12);
-  for (std::size_t i = 1; i < result.size(); ++i) EXPECT_LE((result[i] - result[i - 1]).norm(), 0.3 + 1e-12);
+  for (std::size_t i = 1; i < result.size(); ++i)
+    EXPECT_LE((result[i] - result[i - 1]).norm(), 0.3 + 1e-12);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
-#include "stents/smooth_tube.hpp"
-
 #include <gtest/gtest.h>
+
+#include "stents/smooth_tube.hpp"
 
 namespace vstent::stents {
 namespace {
