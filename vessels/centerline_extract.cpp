@@ -13,7 +13,7 @@
 namespace vstent::vessels {
 namespace {
 
-constexpr double kNodesPerSmallestRadius = 2.5;  // of an end; a stenosis may need more and gets it
+constexpr double kNodesPerSmallestRadius = 4.0;  // of an end; a stenosis may need more and gets it
 constexpr int kRefinements = 5;  // halvings of the spacing before a lumen counts as closed
 constexpr std::size_t kNodeLimit = 5'000'000;
 constexpr std::size_t kInsideCandidates = 2000;  // tried for a point inside a closed lumen

@@ -212,8 +212,17 @@ class Checker {
     const bool too_many =
         pairs.size() > kCrossingPairs ||
         static_cast<double>(pairs.size()) > kCrossingShare * static_cast<double>(report_.triangles);
+    const auto twice = std::count_if(pairs.begin(), pairs.end(), [&](const auto& pair) {
+      Triangle a = mesh_.triangles[static_cast<std::size_t>(pair.first)];
+      Triangle b = mesh_.triangles[static_cast<std::size_t>(pair.second)];
+      std::sort(a.begin(), a.end());
+      std::sort(b.begin(), b.end());
+      return a == b;
+    });
+    const std::string of_these =
+        twice > 0 ? " (" + std::to_string(twice) + " of them given twice)" : "";
     add(too_many ? Severity::error : Severity::warning, "self-intersection", pairs.size(),
-        counted(pairs.size(), "pair") + " of triangles cross" +
+        counted(pairs.size(), "pair") + " of triangles cross or overlap" + of_these +
             places(pairs.size(), [&](std::size_t i) {
               const auto& [a, b] = pairs[i];
               return where(0.5 * (centroid(static_cast<std::size_t>(a)) +

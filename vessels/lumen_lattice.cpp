@@ -12,8 +12,6 @@
 namespace vstent::vessels {
 namespace {
 
-constexpr double kDepthTolerance = 0.03;  // depths are too large by this share at most
-
 std::size_t hash(const std::array<std::int32_t, 3>& index) {
   auto key = static_cast<std::uint64_t>(static_cast<std::uint32_t>(index[0]));
   key = key * 0x9E3779B97F4A7C15u + static_cast<std::uint32_t>(index[1]);
@@ -48,7 +46,8 @@ std::array<std::int32_t, 3> neighbour_of(const std::array<std::int32_t, 3>& inde
 }
 
 bool balls_overlap(double radius, double other_radius, double distance) {
-  return (1.0 - kDepthTolerance) * (radius + other_radius) > distance;
+  // The margin covers depths rounded to float: balls that only touch do so on the surface.
+  return radius + other_radius > (1.0 + 1e-6) * distance;
 }
 
 }  // namespace
@@ -105,14 +104,14 @@ int LumenLattice::find_or_add(const std::array<std::int32_t, 3>& index, int hint
   const std::size_t slot = slot_of(index);
   if (slots_[slot] >= 0) return slots_[slot];
   const Vec3 x = spacing_ * Vec3(index[0], index[1], index[2]);
-  // What the hint says is good enough unless something lies nearer by more than the tolerance.
+  // The hint's distance bounds the search; when nothing lies nearer, it is the distance.
   const auto corner = [&](std::size_t k) {
     return lumen_.mesh
         .points[static_cast<std::size_t>(lumen_.mesh.triangles[static_cast<std::size_t>(hint)][k])];
   };
   const double bound =
       (x - sdf::closest_point_on_triangle(x, corner(0), corner(1), corner(2))).norm();
-  const auto closest = lumen_.distance.closest(x, (1.0 - kDepthTolerance) * bound);
+  const auto closest = lumen_.distance.closest(x, bound);
   const bool nearer = closest.triangle >= 0;
   nodes_.push_back({index, -1, nearer ? closest.triangle : hint,
                     static_cast<float>(nearer ? closest.distance : bound),

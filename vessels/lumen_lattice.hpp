@@ -55,7 +55,7 @@ class LumenLattice {
     std::array<std::int32_t, 3> index;
     std::int32_t parent;
     std::int32_t triangle;  // the nearest
-    float depth;            // mm, unsigned, to 3 %: nodes outside are met, but never linked
+    float depth;            // mm, unsigned: nodes outside are met, but never linked
     double cost;
     bool settled;
   };

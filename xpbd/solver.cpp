@@ -5,24 +5,20 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <optional>
 #include <utility>
 
 #include "xpbd/kernels.hpp"
 #include "xpbd/layout.hpp"
-#include "xpbd/preconditioner.hpp"
+#include "xpbd/softness.hpp"
 
 namespace vstent::xpbd {
 namespace {
-const double STK = getenv("STK") ? atof(getenv("STK")) : 1;
-const double FL = getenv("FL") ? atof(getenv("FL")) : 1e9;
-
 
 // Particles per task in loops over particles; fixed, so that partial sums are the same for any
 // number of threads.
 constexpr std::size_t kChunk = 1024;
 // Iterations of relax between looks at how stiff each particle's surroundings have become.
-const int kWeighEvery = getenv("WE") ? atoi(getenv("WE")) : 50;
+constexpr int kWeighEvery = 50;
 
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
@@ -103,16 +99,12 @@ struct Solver::Implementation {
   std::vector<Vec3> positions;   // in the sheet's order
   std::vector<Vec3> velocities;  // in the sheet's order
   std::vector<Slot> forces;      // scratch
-  std::vector<Slot> residuals;   // scratch
   Grouped<ClosableContact> contacts;
   Grouped<Attachment> attachments;
   bool backward = false;
   double steps_since_rest = 0;
-  std::vector<Hold> residual_holds;
-  std::vector<std::vector<int>> clusters;
   bool relaxing = false;
-  double fs = 1;
-  std::optional<Preconditioner> preconditioner;  // of the relaxation
+  std::vector<Softness> softness;  // the relaxation's step per force
   int iterations_since_weighing = 0;
 
   explicit Implementation(const Sheet& sheet)
@@ -380,10 +372,11 @@ struct Solver::Implementation {
     int free = 0, in_contact = 0, worst = -1;
   };
 
-  /// Adds what is unbalanced at particle k under `force` and what its closed contacts give back.
-  void weigh(std::size_t k, Vec3 force, std::span<const ClosableContact> at_k, double tolerance,
+  /// What is unbalanced at particle k under `force` and what its closed contacts give back; adds it
+  /// to `sums`.
+  Vec3 weigh(std::size_t k, Vec3 force, std::span<const ClosableContact> at_k, double tolerance,
              Weighing& sums) const {
-    if (!(inverse_mass[k] > 0)) return;
+    if (!(inverse_mass[k] > 0)) return Vec3::Zero();
     for (const ClosableContact& c : at_k) {
       const double gap = c.normal.dot(place(particles[k])) - c.offset;
       if (gap > tolerance) continue;
@@ -401,6 +394,7 @@ struct Solver::Implementation {
       sums.largest = square;
       sums.worst = layout.original[k];
     }
+    return force;
   }
 
   static ForceBalance conclude(const Tally& tally, std::span<const Weighing> parts) {
@@ -449,52 +443,31 @@ struct Solver::Implementation {
       rest();
       iterations_since_weighing = kWeighEvery;
     }
+    if (++iterations_since_weighing > kWeighEvery) {
+      weigh_surroundings();
+      iterations_since_weighing = 0;
+    }
     // Forces are taken where momentum alone would lead: that damps what swings fast and leaves the
     // slow motion its speed.
     const double retained = steps_since_rest / (steps_since_rest + 3);
     side_by_side(chunks(), [&](std::size_t chunk) {
       for_chunk(chunk, particles.size(), [&](std::size_t k) {
-        Slot& particle = particles[k];
-        before[k] = place(particle);
+        before[k] = place(particles[k]);
         drift[k].setZero();
         if (!(inverse_mass[k] > 0)) return;
         drift[k] = retained * velocities[at(layout.original[k])];
-        put(particle, before[k] + drift[k]);
+        put(particles[k], before[k] + drift[k]);
       });
     });
     const Tally tally = elastic_forces(forces);
-    if (++iterations_since_weighing > kWeighEvery) {
-      measure_stiffness(options);
-      iterations_since_weighing = 0;
-    }
     std::vector<Weighing> parts(chunks());
-    residuals.resize(particles.size());
-    residual_holds.resize(particles.size());
-    side_by_side(chunks(), [&](std::size_t chunk) {
-      for_chunk(chunk, particles.size(), [&](std::size_t k) {
-        weigh(k, place(forces[k]), std::as_const(contacts).of(k), options.contact_tolerance,
-              parts[chunk]);
-        residual_holds[k] = held(k);
-      });
-    });
-    share_holds(residual_holds);
-    for (std::size_t k = 0; k < particles.size(); ++k)
-      put(residuals[k], residual_holds[k].free_part(place(forces[k])));
-    static const double delay = getenv("DELAY") ? atof(getenv("DELAY")) : 0;
-    static double lastrel = 1;
-    static bool on = false;
-    if (!on && lastrel < delay) { on = true; measure_stiffness(options); iterations_since_weighing = 0; steps_since_rest = 0; }
-    lastrel = conclude(tally, parts).relative;
-    static int its = 0; static const int OFF = getenv("OFF") ? atoi(getenv("OFF")) : 1 << 30; ++its;
-    if (!on || its > OFF) for (auto& r : residuals) r = {};
-    preconditioner->pull(residuals);
-    double longest = 0;
-    for (std::size_t k = 0; k < particles.size(); ++k) longest = std::max(longest, preconditioner->far_move(k).norm());
-    fs = longest > FL ? FL / longest : 1;
     std::vector<Finish> sums(chunks());
     side_by_side(chunks(), [&](std::size_t chunk) {
-      for_chunk(chunk, particles.size(),
-                [&](std::size_t k) { relax_particle(k, options, sums[chunk]); });
+      for_chunk(chunk, particles.size(), [&](std::size_t k) {
+        const Vec3 residual = weigh(k, place(forces[k]), std::as_const(contacts).of(k),
+                                    options.contact_tolerance, parts[chunk]);
+        if (inverse_mass[k] > 0) relax_particle(k, residual, options, sums[chunk]);
+      });
     });
     RelaxReport report;
     report.balance = conclude(tally, parts);
@@ -507,86 +480,39 @@ struct Solver::Implementation {
     return report;
   }
 
-  void relax_particle(std::size_t k, const RelaxOptions& options, Finish& sums) {
-    if (!(inverse_mass[k] > 0)) return;
-    Vec3 move = drift[k] + (getenv("X") ? 1.3 : options.step) * (preconditioner->near_move(k, place(forces[k])) +
-                                           fs * preconditioner->far_move(k));
+  void relax_particle(std::size_t k, const Vec3& residual, const RelaxOptions& options,
+                      Finish& sums) {
+    Vec3 move = drift[k] + options.step * (softness[k] * place(forces[k]));
     if (const double travel = move.norm();
         options.largest_move > 0 && travel > options.largest_move)
       move *= options.largest_move / travel;
     Vec3 x = before[k] + move;
     bool closed = false;
     for (const ClosableContact& c : contacts.of(k)) {
-      const Vec3 along = options.step * preconditioner->near_move(k, c.normal);
+      // Yields to the contact's push as to any other force, so that they cancel at rest.
+      const Vec3 yielding = options.step * (softness[k] * c.normal);
       const double gap = c.normal.dot(x) - c.offset;
-      const double push = std::max(0.0, -gap / (c.compliance + along.dot(c.normal)));
-      x += push * along;
+      const double give = c.compliance + yielding.dot(c.normal);
+      const double push = give > 0 ? std::max(0.0, -gap / give) : 0;
+      x += push * yielding;
       closed = closed || push > 0;
     }
-    put(particles[k], x);
     move = x - before[k];
-    sums.power += move.dot(place(residuals[k]));
+    sums.power += move.dot(residual);
     sums.largest_move = std::max(sums.largest_move, move.norm());
-    if (closed)  // a push is not a kick
+    put(particles[k], x);
+    positions[at(layout.original[k])] = x + origin;
+    if (closed)  // a push is not a kick: what a closed contact moves comes to rest on it
       for (const ClosableContact& c : contacts.of(k))
         move -= std::max(0.0, move.dot(c.normal)) * c.normal;
-    const std::size_t vertex = at(layout.original[k]);
-    velocities[vertex] = move;
-    positions[vertex] = x + origin;
+    velocities[at(layout.original[k])] = move;
   }
 
-  /// How contacts will hold particle k when it yields to its force alone.
-  Hold held(std::size_t k) const {
-    Hold hold;
-    hold.pinned = !(inverse_mass[k] > 0);
-    if (hold.pinned) return hold;
-    const Vec3 yielded = place(particles[k]) + STK * preconditioner->near_move(k, place(forces[k]));
-    int closed = 0;
-    for (const ClosableContact& c : contacts.of(k)) {
-      if (c.normal.dot(yielded) > c.offset) continue;
-      hold.normal = c.normal;
-      hold.pinned = ++closed > 1;
-    }
-    return hold;
-  }
-
-  void find_clusters() {
-    std::vector<int> parent(particles.size());
-    for (std::size_t k = 0; k < parent.size(); ++k) parent[k] = static_cast<int>(k);
-    const auto root = [&](int v) { while (parent[at(v)] != v) v = parent[at(v)]; return v; };
-    double mean = 0, n = 0;
-    for (const DistanceBatch& b : layout.distances) for (std::size_t l = 0; l < kLanes; ++l) { mean += b.rest[l]; n += 1; }
-    mean /= n;
-    static const double CL = getenv("CL") ? atof(getenv("CL")) : 0.2;
-    for (const DistanceBatch& b : layout.distances) for (std::size_t l = 0; l < kLanes; ++l)
-      if (b.rest[l] < CL * mean) { int x = root(b.i[l]), y = root(b.j[l]); if (x != y) parent[at(std::max(x, y))] = std::min(x, y); }
-    std::vector<std::vector<int>> all(particles.size());
-    for (std::size_t k = 0; k < parent.size(); ++k) all[at(root(static_cast<int>(k)))].push_back(static_cast<int>(k));
-    for (auto& c : all) if (c.size() > 1) clusters.push_back(c);
-    if (getenv("VERB")) fprintf(stderr, "clusters %zu\n", clusters.size());
-  }
-  void share_holds(std::vector<Hold>& holds) const {
-    for (const auto& c : clusters) {
-      Vec3 normal = Vec3::Zero();
-      bool pinned = false;
-      for (int v : c) { normal += holds[at(v)].normal; pinned = pinned || holds[at(v)].pinned; }
-      if (!normal.isZero()) normal.normalize();
-      for (int v : c) holds[at(v)] = {normal, pinned};
-    }
-  }
-
-  /// The preconditioner at the present places, forces and contacts.
-  void measure_stiffness(const RelaxOptions& options) {
-    if (clusters.empty()) find_clusters();
-    if (!preconditioner) preconditioner.emplace(layout, particles, options.neighbourhood);
+  void weigh_surroundings() {
     std::vector<double> own(particles.size(), 0.0);
     for (std::size_t k = 0; k < particles.size(); ++k)
       for (const Attachment& a : attachments.of(k)) own[k] += 1 / a.compliance;
-    preconditioner->measure_near(layout, particles, own);
-    std::vector<Hold> holds(particles.size());
-    for (std::size_t k = 0; k < particles.size(); ++k) holds[k] = held(k);
-    share_holds(holds);
-    preconditioner->measure_far(layout, particles, holds);
+    softness = measure_softness(layout, particles, own);
   }
 };
 

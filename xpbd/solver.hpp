@@ -46,10 +46,8 @@ struct ForceBalance {
 };
 
 struct RelaxOptions {
-  /// Over 1 / (row sum of the stiffness matrix): 4/3 is safe for any sheet, triangle meshes bear 2.
+  /// Over the inverse of blocks that bound the stiffness matrix; beyond 4/3 it may not settle.
   double step = 1.3;
-  /// Spacing, in mean edges, of the neighbourhoods that are moved as wholes; 0: none.
-  double neighbourhood = 6;
   /// mm that a particle may move in an iteration, before contacts; 0: no limit.
   double largest_move = 0.1;
   /// mm, for the balance in the report.
@@ -73,7 +71,7 @@ class Solver {
   StepReport step(std::span<const Contact> contacts, const StepOptions& options);
 
   /// One iteration towards static balance: no masses, time or multipliers, but the forces
-  /// themselves, preconditioned by the stiffness around each particle, with momentum as under
+  /// themselves, preconditioned by the 3x3 stiffness around each particle, with momentum as under
   /// `adaptive_damping`; contacts by projection. Costs about a sweep and comes with the balance.
   /// Starts from rest where `step` was called before, and the other way round.
   RelaxReport relax(std::span<const Contact> contacts, const RelaxOptions& options);

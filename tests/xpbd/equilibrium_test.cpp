@@ -5,6 +5,7 @@
 #include <Eigen/SparseCholesky>
 
 #include "tests/xpbd/shapes.hpp"
+#include "xpbd/softness.hpp"
 
 namespace vstent::tests {
 namespace {
@@ -189,6 +190,79 @@ TEST_F(StentedTube, DoesNotDependOnIterationsOrMasses) {
     EXPECT_LT((shapes[1][i] - shapes[0][i]).norm(), 0.001 * 5);
     EXPECT_LT((shapes[2][i] - shapes[0][i]).norm(), 0.001 * 5);
   }
+}
+
+/// What a constraint's energy gains under a velocity: stiffness (sum of gradient . velocity)^2.
+double work(const Sheet& sheet, const std::vector<Vec3>& x, const std::vector<Vec3>& velocity) {
+  double sum = 0;
+  for (const auto& d : sheet.distances) {
+    const Vec3 edge = x[at(d.j)] - x[at(d.i)], pull = velocity[at(d.j)] - velocity[at(d.i)];
+    const double along = pull.dot(edge) / edge.norm();
+    const double across = std::max(0.0, 1 - d.rest_length / edge.norm());
+    sum += d.stiffness * (along * along + across * (pull.squaredNorm() - along * along));
+  }
+  for (const auto& b : sheet.bendings) {
+    std::array<Vec3, 4> g;
+    const std::array<int, 4> v{b.edge_a, b.edge_b, b.wing_a, b.wing_b};
+    xpbd::hinge_angle(x[at(v[0])], x[at(v[1])], x[at(v[2])], x[at(v[3])], &g);
+    double turn = 0;
+    for (std::size_t k = 0; k < 4; ++k) turn += g[k].dot(velocity[at(v[k])]);
+    sum += b.stiffness * turn * turn;
+  }
+  return sum;
+}
+
+TEST(Softness, BoundsTheStiffnessFromAbove) {
+  const Mesh mesh = make_tube({.length = 20, .edge = 1, .narrowing = 0.5, .jitter = 0.2});
+  const Sheet sheet =
+      xpbd::make_sheet(mesh.points, mesh.triangles, mesh.pinned, xpbd::Membrane{.thickness = 0.5});
+  const xpbd::Layout layout = xpbd::make_layout(sheet);
+  std::mt19937 random(8);
+  std::vector<Vec3> x = mesh.points;
+  for (Vec3& p : x) p += 0.1 * random_vector(random);
+  std::vector<xpbd::Slot> slots;
+  for (int vertex : layout.original) {
+    const Vec3& p = x[at(vertex)];
+    slots.push_back({p.x(), p.y(), p.z(), 0});
+  }
+  const auto softness =
+      xpbd::measure_softness(layout, slots, std::vector<double>(slots.size(), 0.0));
+  // The largest eigenvalue of D^-1 K by power iteration, from Rayleigh quotients v.Kv / v.Dv, each
+  // of which lies below it.
+  std::vector<Vec3> v(x.size());
+  for (Vec3& each : v) each = random_vector(random);
+  double largest = 0;
+  for (int iteration = 0; iteration < 60; ++iteration) {
+    std::vector<Vec3> image(x.size(), Vec3::Zero());  // K v, by unit velocities' polar form
+    for (const auto& d : sheet.distances) {
+      const Vec3 edge = x[at(d.j)] - x[at(d.i)], pull = v[at(d.j)] - v[at(d.i)];
+      const Vec3 n = edge.normalized(), along = n * n.dot(pull);
+      const double across = std::max(0.0, 1 - d.rest_length / edge.norm());
+      const Vec3 force = d.stiffness * (along + across * (pull - along));
+      image[at(d.i)] -= force;
+      image[at(d.j)] += force;
+    }
+    for (const auto& b : sheet.bendings) {
+      std::array<Vec3, 4> g;
+      const std::array<int, 4> c{b.edge_a, b.edge_b, b.wing_a, b.wing_b};
+      xpbd::hinge_angle(x[at(c[0])], x[at(c[1])], x[at(c[2])], x[at(c[3])], &g);
+      double turn = 0;
+      for (std::size_t k = 0; k < 4; ++k) turn += g[k].dot(v[at(c[k])]);
+      for (std::size_t k = 0; k < 4; ++k) image[at(c[k])] += b.stiffness * turn * g[k];
+    }
+    double vkv = 0, kdk = 0;
+    std::vector<Vec3> next(x.size());
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      next[i] = softness[at(layout.number[i])] * image[i];
+      vkv += v[i].dot(image[i]);
+      kdk += image[i].dot(next[i]);
+    }
+    EXPECT_NEAR(vkv / work(sheet, x, v), 1, 1e-9);
+    largest = kdk / vkv;  // with v = D^-1 w of the last round: between two Rayleigh quotients
+    for (std::size_t i = 0; i < x.size(); ++i) v[i] = next[i] / std::sqrt(kdk);
+  }
+  EXPECT_LE(largest, 1);
+  EXPECT_GT(largest, 0.3);  // and not by so much that steps are wasted
 }
 
 }  // namespace

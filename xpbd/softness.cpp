@@ -1,0 +1,82 @@
+#include "xpbd/softness.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <array>
+#include <cmath>
+
+namespace vstent::xpbd {
+namespace {
+
+// Share of the mean stiffness that every direction has at least: a flat, slack neighbourhood holds
+// nothing across it and would be thrown out of its plane, and hinges beside slivers curve.
+constexpr double kLeast = 0.1;
+
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
+
+Vec3 place(const Slot& s) { return {s.x, s.y, s.z}; }
+
+class Blocks {
+ public:
+  explicit Blocks(std::size_t particles) : blocks_(particles, Eigen::Matrix3d::Zero()) {}
+
+  Eigen::Matrix3d& operator[](std::size_t k) { return blocks_[k]; }
+
+  /// Bounds the term stiffness (sum_v gradient_v . u_v)^2 by one for each v: the square of the sum
+  /// is at most the sum of squares over shares that add up to 1, here by |gradient_v|.
+  template <std::size_t kVertices>
+  void add(const std::array<int, kVertices>& vertices, const std::array<Vec3, kVertices>& gradient,
+           double stiffness) {
+    double total = 0;
+    for (const Vec3& g : gradient) total += g.norm();
+    for (std::size_t v = 0; v < kVertices; ++v)
+      if (const double norm = gradient[v].norm(); norm > 0)
+        blocks_[at(vertices[v])] +=
+            stiffness * total / norm * gradient[v] * gradient[v].transpose();
+  }
+
+ private:
+  std::vector<Eigen::Matrix3d> blocks_;
+};
+
+}  // namespace
+
+std::vector<Softness> measure_softness(const Layout& layout, std::span<const Slot> particles,
+                                       std::span<const double> own) {
+  Blocks blocks(particles.size());
+  const auto x = [&](int k) { return place(particles[at(k)]); };
+  for (const DistanceBatch& batch : layout.distances)
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const std::array<int, 2> v{batch.i[lane], batch.j[lane]};
+      if (lane > 0 && v[0] == batch.i[0]) break;
+      const Vec3 edge = x(v[1]) - x(v[0]);
+      const double length = edge.norm(), stiffness = 1 / batch.compliance[lane];
+      if (!(length > 0)) continue;
+      const Vec3 along = edge / length;
+      blocks.add<2>(v, {-along, along}, stiffness);
+      // What a compressed spring takes away counts as if it were tension: it may come back.
+      const double across = stiffness * std::abs(1 - batch.rest[lane] / length);
+      const Eigen::Matrix3d plane = Eigen::Matrix3d::Identity() - along * along.transpose();
+      for (int end : v) blocks[at(end)] += 2 * across * plane;
+    }
+  for (const BendingBatch& batch : layout.bendings)
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const std::array<int, 4> v{batch.vertex[0][lane], batch.vertex[1][lane],
+                                 batch.vertex[2][lane], batch.vertex[3][lane]};
+      if (lane > 0 && v[0] == batch.vertex[0][0]) break;
+      std::array<Vec3, 4> gradient;
+      hinge_angle(x(v[0]), x(v[1]), x(v[2]), x(v[3]), &gradient);
+      blocks.add<4>(v, gradient, 1 / batch.compliance[lane]);
+    }
+  std::vector<Softness> softness(particles.size());
+  for (std::size_t k = 0; k < softness.size(); ++k) {
+    Eigen::Matrix3d stiffness = blocks[k] + own[k] * Eigen::Matrix3d::Identity();
+    if (!(stiffness.trace() > 0)) continue;
+    stiffness.diagonal().array() += kLeast / 3 * stiffness.trace();
+    const Eigen::Matrix3d s = stiffness.inverse();
+    softness[k] = {s(0, 0), s(1, 1), s(2, 2), s(0, 1), s(0, 2), s(1, 2)};
+  }
+  return softness;
+}
+
+}  // namespace vstent::xpbd
