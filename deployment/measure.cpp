@@ -134,11 +134,14 @@ Metrics measure(const Surface& before, const Surface& after, const Comparison& c
   compare_meshes(before, after, comparison, metrics);
   measure_lumen(before, after, comparison, metrics);
   const sdf::ExactField stent(comparison.stent);
-  std::vector<sdf::Sample> samples(after.mesh.points.size());
-  stent.sample(after.mesh.points, samples);
-  for (std::size_t v = 0; v < samples.size(); ++v) {
-    if (comparison.movable[v])
-      metrics.deepest_penetration = std::max(metrics.deepest_penetration, -samples[v].distance);
+  std::vector<Vec3> wall;
+  for (std::size_t v = 0; v < after.mesh.points.size(); ++v) {
+    if (comparison.movable[v]) wall.push_back(after.mesh.points[v]);
+  }
+  std::vector<sdf::Sample> samples(wall.size());
+  stent.sample(wall, samples);
+  for (const sdf::Sample& sample : samples) {
+    metrics.deepest_penetration = std::max(metrics.deepest_penetration, -sample.distance);
   }
   return metrics;
 }

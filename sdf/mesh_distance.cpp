@@ -17,15 +17,29 @@ Vec3 closest_point_on_edge(const Vec3& x, const Vec3& a, const Vec3& b) {
 }  // namespace
 
 Vec3 closest_point_on_triangle(const Vec3& x, const Vec3& a, const Vec3& b, const Vec3& c) {
-  const Vec3 normal = (b - a).cross(c - a);
-  const double squared_area = normal.squaredNorm();
-  if (squared_area > 0) {
-    const auto is_inside = [&](const Vec3& from, const Vec3& to) {
-      return (to - from).cross(x - from).dot(normal) >= 0;
-    };
-    if (is_inside(a, b) && is_inside(b, c) && is_inside(c, a)) {
-      return x - (x - a).dot(normal) / squared_area * normal;
-    }
+  // With x projected to a + u (b - a) + v (c - a): which corner, edge or the inside it falls to
+  // follows from signs of dot products along the two sides at each corner.
+  const Vec3 ab = b - a;
+  const Vec3 ac = c - a;
+  const Vec3 ax = x - a;
+  const double ab_a = ab.dot(ax);
+  const double ac_a = ac.dot(ax);
+  if (ab_a <= 0 && ac_a <= 0) return a;
+  const double ab_ab = ab.squaredNorm();
+  const double ac_ac = ac.squaredNorm();
+  const double ab_ac = ab.dot(ac);
+  const double ab_b = ab_a - ab_ab;  // the same products seen from b and from c
+  const double ac_b = ac_a - ab_ac;
+  if (ab_b >= 0 && ac_b <= ab_b) return b;
+  const double ab_c = ab_a - ab_ac;
+  const double ac_c = ac_a - ac_ac;
+  if (ac_c >= 0 && ab_c <= ac_c) return c;
+
+  const double doubled_area = ab_ab * ac_ac - ab_ac * ab_ac;
+  const double u = ac_ac * ab_a - ab_ac * ac_a;
+  const double v = ab_ab * ac_a - ab_ac * ab_a;
+  if (doubled_area > 0 && u > 0 && v > 0 && u + v < doubled_area) {
+    return a + (u / doubled_area) * ab + (v / doubled_area) * ac;
   }
   Vec3 closest = closest_point_on_edge(x, a, b);
   for (const Vec3& candidate : {closest_point_on_edge(x, b, c), closest_point_on_edge(x, c, a)}) {
