@@ -99,10 +99,12 @@ Outcome deploy(const Setup& setup, const Observer& observe) {
   const vessels::Region& region = setup.region;
   const double contact_distance = *c.contact_distance;
   const double reach = 3 * *c.growth_per_step;
-  const double voxel = *c.voxel_size;
   // Nodal gradients see 2.45 voxels around a point; the wall may enter by the growth of a step and
-  // leave by the reach.
-  const sdf::VoxelOptions voxels{voxel, (contact_distance + 2 * reach) / voxel + 3.5};
+  // leave by the reach. A growing stent needs no finer field than its steps.
+  const auto field = [&](const StentState& stent, double voxel) {
+    const sdf::VoxelOptions voxels{voxel, (contact_distance + 2 * reach) / voxel + 3.5};
+    return sdf::voxelise(solid_of(stent, c.shape, contact_distance), voxels);
+  };
   const double stiffness =
       c.paper_wall ? c.contact_stiffness.value_or(0.1) : c.contact_stiffness.value_or(0);
 
@@ -126,8 +128,7 @@ Outcome deploy(const Setup& setup, const Observer& observe) {
   Outcome outcome;
   const int growth = growth_steps(setup);
   StentState state;
-  sdf::LevelSet level_set =
-      sdf::voxelise(solid_of(stent_state(setup, 0), c.shape, contact_distance), voxels);
+  sdf::LevelSet level_set = field(stent_state(setup, 0), 2 * *c.voxel_size);
   for (int step = 1; step <= growth + *c.max_settling_steps && !outcome.converged; ++step) {
     StepRecord record;
     record.step = step;
@@ -135,7 +136,7 @@ Outcome deploy(const Setup& setup, const Observer& observe) {
     record.expansion = std::min(1.0, static_cast<double>(step) / growth);
     if (!record.settling) {
       state = stent_state(setup, record.expansion);
-      level_set = sdf::voxelise(solid_of(state, c.shape, contact_distance), voxels);
+      level_set = field(state, (step < growth ? 2 : 1) * *c.voxel_size);
     }
     const auto contacts = find_contacts(level_set, solver.positions(), region.pinned,
                                         contact_distance, reach, stiffness);

@@ -284,8 +284,7 @@ void derive_numbers(Setup& setup) {
   const double edge = setup.region.median_edge;
   if (!c.contact_distance) c.contact_distance = std::min(0.5 * edge, 0.1 * radius);
   if (!c.growth_per_step) c.growth_per_step = std::min(0.15 * edge, 0.5 * *c.contact_distance);
-  // Sampled distances then err by at most 1.1 h^2 / (8 R), 0.05 % of the radius.
-  if (!c.voxel_size) c.voxel_size = radius / 16;
+  if (!c.voxel_size) c.voxel_size = std::min(radius / 25, *c.contact_distance);
   if (!c.iterations) c.iterations = 4;
   if (!c.tolerance) c.tolerance = 1e-3;
   if (!c.max_settling_steps) c.max_settling_steps = 20000;

