@@ -124,7 +124,7 @@ void add_deploy(CLI::App& app) {
   command->add_option("--shape", a->shape,
                       "tube (default), capsule (round ends), paper (union of cylinders)");
   command->add_option("--wall", a->wall,
-                      "elastic (default) or paper (its constants, soft contact)");
+                      "elastic (default) or paper (its constants per edge and hinge)");
   command
       ->add_option("--save-steps", a->save_steps, "Save every N-th step for ParaView (steps.pvd)")
       ->check(CLI::NonNegativeNumber);

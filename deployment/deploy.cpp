@@ -40,10 +40,10 @@ xpbd::Sheet make_wall(const Setup& setup, const std::vector<Vec3>& points) {
 void require_numbers(std::span<const Vec3> positions, const vessels::Region& region, int step) {
   for (std::size_t i = 0; i < positions.size(); ++i) {
     if (!positions[i].allFinite()) {
-      throw Error(ExitCode::numerical,
-                  "step " + std::to_string(step) + ": vertex " +
-                      std::to_string(region.vertices[i]) +
-                      " has no finite position any more; try a smaller growth_per_step");
+      throw Error(ExitCode::numerical, "step " + std::to_string(step) + ": vertex " +
+                                           std::to_string(region.vertices[i]) +
+                                           " has no finite position any more; try a smaller "
+                                           "growth_per_step or a stiffer contact");
     }
   }
 }
@@ -82,7 +82,7 @@ std::vector<xpbd::Contact> find_contacts(const sdf::LevelSet& stent,
       throw Error(ExitCode::numerical,
                   "a wall vertex at " + vessels::place(positions[i]) +
                       " mm lies deeper inside the stent than its level set reaches; "
-                      "try a smaller growth_per_step");
+                      "try a smaller growth_per_step or a stiffer contact");
     }
     xpbd::Contact contact;
     contact.vertex = static_cast<int>(i);
@@ -99,14 +99,15 @@ Outcome deploy(const Setup& setup, const Observer& observe) {
   const vessels::Region& region = setup.region;
   const double contact_distance = *c.contact_distance;
   const double reach = 3 * *c.growth_per_step;
+  const double stiffness = c.contact_stiffness.value_or(0);
+  // Under soft contact the wall rests inside the stent, the deeper the softer it is.
+  const double sink = stiffness > 0 ? 0.25 * setup.stent.diameter / 2 : 0;
   // Nodal gradients see 2.45 voxels around a point; the wall may enter by the growth of a step and
   // leave by the reach. A growing stent needs no finer field than its steps.
   const auto field = [&](const StentState& stent, double voxel) {
-    const sdf::VoxelOptions voxels{voxel, (contact_distance + 2 * reach) / voxel + 3.5};
+    const sdf::VoxelOptions voxels{voxel, (contact_distance + 2 * reach + sink) / voxel + 3.5};
     return sdf::voxelise(solid_of(stent, c.shape, contact_distance), voxels);
   };
-  const double stiffness =
-      c.paper_wall ? c.contact_stiffness.value_or(0.1) : c.contact_stiffness.value_or(0);
 
   std::vector<Vec3> points;
   for (const int v : region.vertices)

@@ -144,6 +144,17 @@ TEST(IdealVessel, SoftContactEndsShortOfTheStent) {
   EXPECT_LT(m.narrowest_after, soft.metrics.narrowest_after - 0.05);
 }
 
+TEST(IdealVessel, ThePapersWallOpensToo) {
+  const TemporaryFolder folder;
+  write(stenosed(), folder / "vessel.vtp");
+  Case c = make_case(folder / "vessel.vtp", json::object());
+  c.paper_wall = true;
+  const WholeRun r = tests::run(folder, c);
+  EXPECT_TRUE(r.outcome.converged);
+  EXPECT_EQ(r.metrics.inverted_triangles, 0u);
+  EXPECT_GE(r.metrics.opened_min_diameter, 10 - 2 * sag() - 0.01);
+}
+
 TEST(IdealVessel, ResultsDoNotDependOnTheNumberOfThreads) {
   const TemporaryFolder folder;
   write(stenosed(std::numbers::pi / 4), folder / "vessel.vtp");

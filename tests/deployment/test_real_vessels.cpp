@@ -67,18 +67,20 @@ TEST(RealVessel, ClosedCellsStraightenATortuousIliac) {
   const json at = {{"branch", 2}, {"arc_length", "80mm"}};
   const WholeRun straight =
       run(folder, surface, "cm",
-          {{"at", at}, {"length", "40mm"}, {"diameter", "12mm"}, {"cell", "closed"}});
+          {{"at", at}, {"length", "40mm"}, {"diameter", "15mm"}, {"cell", "closed"}});
   expect_sound(straight);
   EXPECT_GT(straight.metrics.bend_before, 20);
   EXPECT_LT(straight.metrics.bend_after, 2);
   const WholeRun native = run(folder, surface, "cm",
                               {{"at", at},
                                {"length", "40mm"},
-                               {"diameter", "12mm"},
+                               {"diameter", "15mm"},
                                {"cell", "closed"},
                                {"straightening", 0.0}});
   expect_sound(native);
   EXPECT_NEAR(native.metrics.bend_after, native.metrics.bend_before, 2);
+  EXPECT_LT(straight.metrics.lumen_bend_after,
+            0.6 * native.metrics.lumen_bend_after);  // it follows
 }
 
 TEST(RealVessel, RawSegmentationIsRefusedWithCountsAndPlaces) {
