@@ -1,4 +1,4 @@
-// Lumen centerlines: read from VMTK, SimVascular or a bare polyline, or extracted from the lumen's own level set.
+// Lumen centerlines: read from VMTK, SimVascular or a bare polyline, or extracted from the lumen itself.
 #pragma once
 
 #include <filesystem>
@@ -56,7 +56,7 @@ struct ExtractionOptions {
   std::optional<Vec3> inlet;  ///< a point near the opening or cap to start from; default: the widest
   double point_spacing = 0;   ///< mm; 0: a fifth of the smallest radius
 };
-/// Paths of least integral of 1/radius through the lumen from the inlet to every other end, centred on the level set's
+/// Paths of least integral of 1/radius through the lumen from the inlet to every other end, centred on the wall distance's
 /// ridge, smoothed, and split where they part. Open or capped surfaces; closed ones without caps use the tree's tips.
 /// \throws Error (geometry) when no two ends are found or the lumen is not connected at the resolution that memory allows
 Centerline extract_centerline(const Surface& surface, const ExtractionOptions& options = {});

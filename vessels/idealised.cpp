@@ -51,7 +51,7 @@ TriangleMesh idealised_vessel(const IdealisedVessel& vessel) {
     throw std::invalid_argument(
         "idealised vessel: sizes must be positive, stenosis in [0, 1), eccentricity in [0, 1]");
   }
-  if (vessel.bend_angle * vessel.radius >= 0.5 * vessel.length) {
+  if (!(std::abs(vessel.bend_angle) * vessel.radius < 0.5 * vessel.length)) {
     throw std::invalid_argument("idealised vessel: the bend is tighter than the vessel is wide");
   }
   const int around = std::max(
