@@ -170,6 +170,8 @@ struct Reference {
   std::size_t leaves;
 };
 
+void PrintTo(const Reference& reference, std::ostream* out) { *out << reference.surface; }
+
 class RealVessel : public testing::TestWithParam<Reference> {};
 
 TEST_P(RealVessel, AgreesWithItsReferenceCenterline) {
