@@ -222,6 +222,20 @@ void place_stent(Setup& setup) {
   }
 }
 
+/// Equivalent diameters (mm) of the sections of `mesh` normal to `axis` at its points; nothing
+/// where the vessel is not closed around the axis.
+std::vector<std::optional<double>> equivalent_diameters(const TriangleMesh& mesh,
+                                                        const Polyline& axis, double reach) {
+  const vessels::Sectioner sections(mesh);
+  const std::vector<Vec3> normals = tangents(axis);
+  std::vector<std::optional<double>> result(axis.size());
+  for (std::size_t i = 0; i < axis.size(); ++i) {
+    if (const auto section = sections.cut(axis[i], normals[i], reach))
+      result[i] = section->equivalent_diameter;
+  }
+  return result;
+}
+
 /// Lumen in the stented length: how far the wall is, how narrow it gets, and whether the target
 /// makes sense there.
 void judge_target(Setup& setup) {
@@ -313,18 +327,6 @@ void derive_numbers(Setup& setup) {
 }
 
 }  // namespace
-
-std::vector<std::optional<double>> equivalent_diameters(const TriangleMesh& mesh,
-                                                        const Polyline& axis, double reach) {
-  const vessels::Sectioner sections(mesh);
-  const std::vector<Vec3> normals = tangents(axis);
-  std::vector<std::optional<double>> result(axis.size());
-  for (std::size_t i = 0; i < axis.size(); ++i) {
-    if (const auto section = sections.cut(axis[i], normals[i], reach))
-      result[i] = section->equivalent_diameter;
-  }
-  return result;
-}
 
 Setup prepare(Case specification) {
   Setup setup;

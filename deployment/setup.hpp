@@ -41,9 +41,4 @@ struct Setup {
 /// usage
 Setup prepare(Case specification);
 
-/// Equivalent diameters (mm) of the cross-sections of `mesh` normal to `axis` at its points;
-/// nothing where the vessel is not closed around the axis.
-std::vector<std::optional<double>> equivalent_diameters(const TriangleMesh& mesh,
-                                                        const Polyline& axis, double reach);
-
 }  // namespace vstent::deployment
