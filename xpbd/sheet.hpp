@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -46,6 +47,17 @@ struct Contact {
   Vec3 normal = Vec3::UnitX();
   double offset = 0;
   double stiffness = 0;
+};
+
+/// A half-space that a point between two or three vertices must stay in: C = normal . (sum of
+/// weight_k x_k) - offset >= 0, rigid. An edge repeats a vertex with weight 0. `key` names the
+/// place from one call to the next, so that its force is kept; keys ascend.
+struct SpanContact {
+  std::array<int, 3> vertices{};
+  std::array<double, 3> weights{};  ///< not negative, of sum 1
+  Vec3 normal = Vec3::UnitX();
+  double offset = 0;
+  std::int64_t key = 0;
 };
 
 /// Particles and the constraints between them. inverse_mass 0 pins a particle.

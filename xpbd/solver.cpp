@@ -77,6 +77,15 @@ struct ClosableContact {
   double force;  // N, never negative
 };
 
+struct ClosableSpan {
+  std::array<std::size_t, 3> particles;
+  std::array<double, 3> weights;
+  Vec3 normal;
+  double offset;  // from the solver's own origin
+  double force;   // N, never negative
+  std::int64_t key;
+};
+
 struct Attachment {
   Vec3 target;
   double compliance;
@@ -100,6 +109,7 @@ struct Solver::Implementation {
   std::vector<Vec3> velocities;  // in the sheet's order
   std::vector<Slot> forces;      // scratch
   Grouped<ClosableContact> contacts;
+  std::vector<ClosableSpan> spans;
   Grouped<Attachment> attachments;
   bool backward = false;
   double steps_since_rest = 0;
@@ -150,7 +160,87 @@ struct Solver::Implementation {
     });
   }
 
+  /// Forces of spans that were there before stay.
+  void take_spans(std::span<const SpanContact> from) {
+    std::vector<ClosableSpan> taken;
+    taken.reserve(from.size());
+    std::size_t old = 0;
+    for (const SpanContact& c : from) {
+      assert(taken.empty() || taken.back().key < c.key);
+      while (old < spans.size() && spans[old].key < c.key) ++old;
+      const double force = old < spans.size() && spans[old].key == c.key ? spans[old].force : 0;
+      const auto number = [&](int k) { return at(layout.number[at(c.vertices[at(k)])]); };
+      taken.push_back({{number(0), number(1), number(2)},
+                       c.weights,
+                       c.normal,
+                       c.offset - c.normal.dot(origin),
+                       force,
+                       c.key});
+    }
+    spans = std::move(taken);
+  }
+
+  static double along(const ClosableSpan& c, const std::array<Vec3, 3>& x) {
+    return c.normal.dot(c.weights[0] * x[0] + c.weights[1] * x[1] + c.weights[2] * x[2]);
+  }
+
+  double gap(const ClosableSpan& c) const {
+    return along(c, {place(particles[c.particles[0]]), place(particles[c.particles[1]]),
+                     place(particles[c.particles[2]])}) -
+           c.offset;
+  }
+
+  void add_span_forces(std::vector<Slot>& to) const {
+    for (const ClosableSpan& c : spans) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        Slot& slot = to[c.particles[i]];
+        put(slot, place(slot) + c.weights[i] * c.force * c.normal);
+      }
+    }
+  }
+
+  /// One pass over the spans, one after the other: they share particles. `yielding(k, push)` is how
+  /// far particle k gives way to a push; `moved(k, by)` hears of it.
+  template <class Yielding, class Moved>
+  void project_spans(const Yielding& yielding, const Moved& moved) {
+    for (ClosableSpan& c : spans) {
+      std::array<Vec3, 3> give;
+      double total = 0;
+      for (std::size_t i = 0; i < 3; ++i) {
+        give[i] = yielding(c.particles[i], Vec3(c.weights[i] * c.normal));
+        total += c.weights[i] * c.normal.dot(give[i]);
+      }
+      if (!(total > 0)) continue;
+      const double change = std::max(-c.force, -gap(c) / total);
+      c.force += change;
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t k = c.particles[i];
+        if (c.weights[i] == 0) continue;
+        put(particles[k], place(particles[k]) + change * give[i]);
+        moved(k, Vec3(change * give[i]));
+      }
+    }
+  }
+
+  /// What a closed span moves comes to rest on it.
+  void stop_at_spans() {
+    for (const ClosableSpan& c : spans) {
+      if (!(c.force > 0)) continue;
+      std::array<std::size_t, 3> vertex;
+      double squares = 0;
+      for (std::size_t i = 0; i < 3; ++i) {
+        vertex[i] = at(layout.original[c.particles[i]]);
+        squares += c.weights[i] * c.weights[i];
+      }
+      const double leaving =
+          along(c, {velocities[vertex[0]], velocities[vertex[1]], velocities[vertex[2]]});
+      for (std::size_t i = 0; i < 3; ++i)
+        velocities[vertex[i]] -= std::max(0.0, leaving) * c.weights[i] / squares * c.normal;
+    }
+  }
+
   void forget_multipliers() {
+    for (ClosableSpan& c : spans) c.force = 0;
     for (DistanceBatch& batch : layout.distances) batch.force.fill(0);
     for (BendingBatch& batch : layout.bendings) batch.force.fill(0);
     for (Attachment& a : attachments.items) a.force = 0;
@@ -196,6 +286,7 @@ struct Solver::Implementation {
         kernel.kept_distance_forces(distances(task), particles.data(), forces.data());
         kernel.kept_bending_forces(bendings(task), particles.data(), forces.data());
       });
+    add_span_forces(forces);
   }
 
   /// Moves particle k by inertia, loads and kept multipliers; true where the velocity limit held it
@@ -293,9 +384,11 @@ struct Solver::Implementation {
     positions[vertex] = x + origin;
   }
 
-  StepReport step(std::span<const Contact> new_contacts, const StepOptions& options) {
+  StepReport step(std::span<const Contact> new_contacts, const StepOptions& options,
+                  std::span<const SpanContact> new_spans) {
     assert(options.time_step > 0 && options.iterations > 0);
     group_contacts(new_contacts, contacts);
+    take_spans(new_spans);
     if (std::exchange(relaxing, false)) rest();
     if (!options.keep_multipliers) forget_multipliers();
     if (options.keep_multipliers) turn_kept_forces();
@@ -310,6 +403,9 @@ struct Solver::Implementation {
     std::vector<Finish> sums(chunks());
     for (int sweep = 1; sweep <= options.iterations; ++sweep) {
       sweep_batches();
+      project_spans(
+          [&](std::size_t k, const Vec3& push) { return Vec3(particles[k].mobility * push); },
+          [](std::size_t, const Vec3&) {});
       side_by_side(chunks(), [&](std::size_t chunk) {
         for_chunk(chunk, particles.size(), [&](std::size_t k) {
           project_particle(k);
@@ -317,6 +413,7 @@ struct Solver::Implementation {
         });
       });
     }
+    stop_at_spans();
 
     StepReport report;
     double power = 0;
@@ -364,6 +461,7 @@ struct Solver::Implementation {
       });
       for (const Tally& t : partial) add(t);
     }
+    add_span_forces(to);
     return total;
   }
 
@@ -397,8 +495,12 @@ struct Solver::Implementation {
     return force;
   }
 
-  static ForceBalance conclude(const Tally& tally, std::span<const Weighing> parts) {
+  ForceBalance conclude(const Tally& tally, std::span<const Weighing> parts) const {
     Weighing all;
+    for (const ClosableSpan& c : spans) {
+      all.contact_sum += c.force;
+      all.in_contact += c.force > 0;
+    }
     for (const Weighing& part : parts) {
       all.squares += part.squares;
       all.contact_sum += part.contact_sum;
@@ -437,8 +539,10 @@ struct Solver::Implementation {
     return conclude(tally, parts);
   }
 
-  RelaxReport relax(std::span<const Contact> new_contacts, const RelaxOptions& options) {
+  RelaxReport relax(std::span<const Contact> new_contacts, const RelaxOptions& options,
+                    std::span<const SpanContact> new_spans) {
     group_contacts(new_contacts, contacts);
+    take_spans(new_spans);
     if (!std::exchange(relaxing, true)) {
       rest();
       iterations_since_weighing = kWeighEvery;
@@ -469,6 +573,16 @@ struct Solver::Implementation {
         if (inverse_mass[k] > 0) relax_particle(k, residual, options, sums[chunk]);
       });
     });
+    project_spans(
+        [&](std::size_t k, const Vec3& push) {
+          return inverse_mass[k] > 0 ? Vec3(options.step * (softness[k] * push))
+                                     : Vec3(Vec3::Zero());
+        },
+        [&](std::size_t k, const Vec3& by) {
+          positions[at(layout.original[k])] += by;
+          velocities[at(layout.original[k])] += by;
+        });
+    stop_at_spans();
     RelaxReport report;
     report.balance = conclude(tally, parts);
     double power = 0;
@@ -520,12 +634,14 @@ Solver::Solver(const Sheet& sheet) : implementation_(std::make_unique<Implementa
 Solver::~Solver() = default;
 Solver::Solver(Solver&&) noexcept = default;
 
-StepReport Solver::step(std::span<const Contact> contacts, const StepOptions& options) {
-  return implementation_->step(contacts, options);
+StepReport Solver::step(std::span<const Contact> contacts, const StepOptions& options,
+                        std::span<const SpanContact> spans) {
+  return implementation_->step(contacts, options, spans);
 }
 
-RelaxReport Solver::relax(std::span<const Contact> contacts, const RelaxOptions& options) {
-  return implementation_->relax(contacts, options);
+RelaxReport Solver::relax(std::span<const Contact> contacts, const RelaxOptions& options,
+                          std::span<const SpanContact> spans) {
+  return implementation_->relax(contacts, options, spans);
 }
 
 std::span<const Vec3> Solver::positions() const { return implementation_->positions; }

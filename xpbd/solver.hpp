@@ -66,22 +66,25 @@ class Solver {
   ~Solver();
   Solver(Solver&&) noexcept;
 
-  /// One time step under these contacts; multipliers of contacts are matched by vertex between
-  /// steps.
-  StepReport step(std::span<const Contact> contacts, const StepOptions& options);
+  /// One time step under these contacts; multipliers of contacts are matched by vertex, of spans by
+  /// key, between steps.
+  StepReport step(std::span<const Contact> contacts, const StepOptions& options,
+                  std::span<const SpanContact> spans = {});
 
   /// One iteration towards static balance: no masses, time or multipliers, but the forces
   /// themselves, preconditioned by the 3x3 stiffness around each particle, with momentum as under
   /// `adaptive_damping`; contacts by projection. Costs about a sweep and comes with the balance.
   /// Starts from rest where `step` was called before, and the other way round.
-  RelaxReport relax(std::span<const Contact> contacts, const RelaxOptions& options);
+  RelaxReport relax(std::span<const Contact> contacts, const RelaxOptions& options,
+                    std::span<const SpanContact> spans = {});
 
   std::span<const Vec3> positions() const;
   std::span<const Vec3> velocities() const;
   void set_velocities(std::span<const Vec3> velocities);
   void set_positions(std::span<const Vec3> positions);  ///< velocities and multipliers become zero
 
-  /// A contact is closed where its gap is below `contact_tolerance` (mm).
+  /// A contact is closed where its gap is below `contact_tolerance` (mm); span contacts push as they
+  /// did at the end of the last step or iteration.
   ForceBalance balance(std::span<const Contact> contacts, double contact_tolerance) const;
 
  private:
