@@ -8,18 +8,29 @@
 
 namespace vstent::sdf {
 
-ExactField::ExactField(Solid solid) : solid_(std::move(solid)) {
-  check(solid_);
+namespace {
+
+/// Without the radius.
+template <class Piece>
+Box axis_box(const Piece& piece) {
+  Box box;
+  box.include(piece.a);
+  box.include(piece.b);
+  return box;
+}
+
+}  // namespace
+
+ExactField::ExactField(Solid solid) : solid_(std::move(solid)), pieces_(solid_) {
   std::vector<Box> boxes;
-  boxes.reserve(solid_.segments.size());
-  segments_.reserve(solid_.segments.size());
+  for (const Segment& segment : solid_.segments) boxes.push_back(axis_box(segment));
+  for (const Strut& strut : solid_.struts) boxes.push_back(axis_box(strut));
   double largest_coordinate = 0;
-  for (const Segment& segment : solid_.segments) {
-    segments_.push_back(prepare(segment, solid_.joints));
-    boxes.push_back(axis_box(segment));
-    reach_ = std::max(reach_, segments_.back().largest_radius());
+  for (int piece = 0; piece < pieces_.size(); ++piece) {
+    const Box& box = boxes[static_cast<std::size_t>(piece)];
+    reach_ = std::max(reach_, pieces_.outer_radius(piece));
     largest_coordinate = std::max(
-        {largest_coordinate, segment.a.cwiseAbs().maxCoeff(), segment.b.cwiseAbs().maxCoeff()});
+        {largest_coordinate, box.lower.cwiseAbs().maxCoeff(), box.upper.cwiseAbs().maxCoeff()});
   }
   tree_ = BoxTree(boxes);
   reach_ += 1e-9 * (largest_coordinate + reach_);  // rounding must not prune a tie
@@ -28,12 +39,11 @@ ExactField::ExactField(Solid solid) : solid_(std::move(solid)) {
 Sample ExactField::sample(const Vec3& x) const {
   Sample best{std::numeric_limits<double>::infinity(), Vec3::Zero()};
   int winner = -1;
-  // A segment's distance is at least |x - its axis| - its radius, so one whose axis box is farther
-  // than best + reach cannot win: the tree is searched by (distance + reach)^2, and the winner is
-  // kept here, where ties are exact.
+  // A piece's distance is at least |x - its axis| - its outer radius, so one whose axis box is
+  // farther than best + reach cannot win: the tree is searched by (distance + reach)^2, and the
+  // winner is kept here, where ties are exact.
   tree_.nearest(x, [&](int item) {
-    const Sample sample =
-        distance_to(segments_[static_cast<std::size_t>(item)], solid_.caps, solid_.joints, x);
+    const Sample sample = pieces_.distance(item, x);
     if (sample.distance < best.distance || (sample.distance == best.distance && item < winner)) {
       best = sample;
       winner = item;

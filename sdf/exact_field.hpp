@@ -1,10 +1,10 @@
-// The solid's exact distance through a tree of its segments: no voxels, no interpolation error.
+// The solid's exact distance through a tree of its pieces: no voxels, no interpolation error.
 #pragma once
 
 #include <span>
 
 #include "sdf/box_tree.hpp"
-#include "sdf/prepared_segment.hpp"
+#include "sdf/prepared_solid.hpp"
 
 namespace vstent::sdf {
 
@@ -12,7 +12,7 @@ namespace vstent::sdf {
 /// read it.
 class ExactField {
  public:
-  /// \throws std::invalid_argument an empty solid, or one with impossible segments
+  /// \throws std::invalid_argument an empty solid, or one with an impossible piece
   explicit ExactField(Solid solid);
   Sample sample(const Vec3& x) const;
   void sample(std::span<const Vec3> points, std::span<Sample> samples) const;  ///< in parallel
@@ -20,9 +20,9 @@ class ExactField {
 
  private:
   Solid solid_;
-  std::vector<PreparedSegment> segments_;
+  PreparedSolid pieces_;
   BoxTree tree_;
-  double reach_ = 0;  // the largest radius
+  double reach_ = 0;  // the largest outer radius
 };
 
 }  // namespace vstent::sdf

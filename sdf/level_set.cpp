@@ -16,7 +16,8 @@
 #include <stdexcept>
 
 #include "sdf/level_set_grid.hpp"
-#include "sdf/prepared_segment.hpp"
+#include "sdf/memory.hpp"
+#include "sdf/prepared_solid.hpp"
 #include "sdf/rasteriser.hpp"
 
 namespace vstent::sdf {
@@ -28,160 +29,63 @@ using LeafNode = FloatTree::LeafNodeType;
 
 openvdb::Coord to_coord(const Index3& index) { return {index[0], index[1], index[2]}; }
 
-std::unique_ptr<LeafNode> to_leaf(const RasterLeaf& raster, float background) {
-  auto leaf = std::make_unique<LeafNode>(to_coord(raster.origin), background, false);
-  std::copy(raster.values.begin(), raster.values.end(), leaf->buffer().data());
-  LeafNode::NodeMaskType mask;
-  for (openvdb::Index word = 0; word < 8; ++word)
-    mask.getWord<openvdb::Index64>(word) = raster.active[word];
-  leaf->setValueMask(mask);
-  return leaf;
+/// What a block adds to the tree.
+struct BlockLeaves {
+  std::vector<std::unique_ptr<LeafNode>> leaves;
+  std::vector<std::pair<openvdb::Coord, int>> inside;
+  std::unique_ptr<LeafNode> spare;
+};
+
+LeafSink sink_into(BlockLeaves& block, const openvdb::Coord& first_node) {
+  return {.spare =
+              [&block] {
+                if (!block.spare) {
+                  block.spare =
+                      std::make_unique<LeafNode>(openvdb::PartialCreate(), openvdb::Coord());
+                  block.spare->buffer().allocate();
+                }
+                return block.spare->buffer().data();
+              },
+          .keep =
+              [&block, &first_node](const Index3& origin, const LeafMask& active) {
+                block.spare->setOrigin(to_coord(origin) - first_node);
+                for (openvdb::Index word = 0; word < 8; ++word)
+                  block.spare->getValueMask().getWord<openvdb::Index64>(word) = active[word];
+                block.leaves.push_back(std::move(block.spare));
+              },
+          .fill_inside =
+              [&block, &first_node](const Index3& origin, int size) {
+                block.inside.emplace_back(to_coord(origin) - first_node, size);
+              }};
 }
 
-FloatGrid::Ptr to_grid(std::vector<RasterPiece> pieces, double voxel_size, double band) {
+/// The grid's indices count from the first block on, so that the tree's root has few children.
+FloatGrid::Ptr build_grid(const Solid& solid, double voxel_size, double band) {
+  const Rasteriser rasteriser(solid, voxel_size, band);
+  const openvdb::Coord first_node = to_coord(rasteriser.first_node());
+  std::vector<BlockLeaves> blocks(rasteriser.block_count());
+  rasteriser.run([&](std::size_t block) { return sink_into(blocks[block], first_node); });
+
   const auto background = static_cast<float>(band);
-  std::vector<std::vector<std::unique_ptr<LeafNode>>> leaves(pieces.size());
-  tbb::parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t i) {
-    for (auto& raster : pieces[i].leaves) {
-      leaves[i].push_back(to_leaf(*raster, background));
-      raster.reset();
-    }
-  });
   auto grid = FloatGrid::create(background);
   FloatTree& tree = grid->tree();
   openvdb::tree::ValueAccessor<FloatTree> accessor(tree);
-  for (std::size_t i = 0; i < pieces.size(); ++i) {
-    for (auto& leaf : leaves[i]) accessor.addLeaf(leaf.release());
-    for (const InsideBlock& block : pieces[i].inside) {
-      const openvdb::Coord origin = to_coord(block.origin);
-      if (block.size == 8) {
-        accessor.addTile(1, origin, -background, false);
-      } else {
-        tree.fill(openvdb::CoordBBox::createCube(origin, block.size), -background, false);
-      }
-    }
-  }
-  grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel_size));
-  grid->setGridClass(openvdb::GRID_LEVEL_SET);
-  return grid;
-}
-
-/// The nodes around a point: 4^3 of them, of which value and nodal gradient need all but the
-/// corners.
-struct Stencil {
-  std::array<std::array<std::array<float, 4>, 4>, 4> values;
-
-  /// Nodes in no leaf lie beyond the band: they get the value `absent`.
-  void gather(const LeafTable& leaves, const std::array<int, 3>& base, float absent) {
-    const float* leaf = nullptr;
-    int leaf_i = 0, leaf_j = 0, leaf_k = 0;
-    const auto find = [&](int i, int j, int k) {
-      if (!leaf || i != leaf_i || j != leaf_j || k != leaf_k) {
-        leaf = leaves.find(i, j, k);
-        leaf_i = i, leaf_j = j, leaf_k = k;
-      }
-      return leaf;
-    };
-    const int x0 = base[0] - 1, y0 = base[1] - 1, z0 = base[2] - 1;
-    const int z_split = std::min(4, 8 - (z0 & 7));  // nodes of a row before it enters the next leaf
-    for (int z = 0; z < 4; z = z == 0 ? z_split : 4) {
-      const int run = z == 0 ? z_split : 4 - z_split;
-      for (int i = 0; i < 4; ++i) {
-        for (int j = 0; j < 4; ++j) {
-          if ((i == 0 || i == 3) && (j == 0 || j == 3)) continue;
-          const float* found = find((x0 + i) >> 3, (y0 + j) >> 3, (z0 + z) >> 3);
-          if (!found) {
-            std::fill_n(row(i, j) + z, run, absent);
-            continue;
-          }
-          const int offset = ((x0 + i) & 7) << 6 | ((y0 + j) & 7) << 3 | ((z0 + z) & 7);
-          std::copy_n(found + offset, run, row(i, j) + z);
+  for (BlockLeaves& block : blocks) {
+    for (auto& leaf : block.leaves) accessor.addLeaf(leaf.release());
+    for (const auto& [origin, size] : block.inside) {
+      for (int i = 0; i < size; i += kLeafSide) {
+        for (int j = 0; j < size; j += kLeafSide) {
+          for (int k = 0; k < size; k += kLeafSide)
+            accessor.addTile(1, origin.offsetBy(i, j, k), -background, false);
         }
       }
     }
   }
-
-  bool is_within(float inside, float outside) const {
-    bool within = true;
-    for (std::size_t i = 0; i < 4; ++i) {
-      for (std::size_t j = 0; j < 4; ++j) {
-        const bool middle_i = i == 1 || i == 2;
-        const bool middle_j = j == 1 || j == 2;
-        if (!middle_i && !middle_j) continue;
-        const auto& row = values[i][j];
-        within &= row[1] > inside && row[1] < outside && row[2] > inside && row[2] < outside;
-        if (middle_i && middle_j)
-          within &= row[0] > inside && row[0] < outside && row[3] > inside && row[3] < outside;
-      }
-    }
-    return within;
-  }
-
- private:
-  float* row(int i, int j) {
-    return values[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)].data();
-  }
-};
-
-/// Weights of four nodes for the value, and for the derivative by central differences, linear in
-/// between.
-struct Weights {
-  std::array<double, 4> value, slope;
-  explicit Weights(double f)
-      : value{0, 1 - f, f, 0}, slope{-0.5 * (1 - f), -0.5 * f, 0.5 * (1 - f), 0.5 * f} {}
-};
-
-Sample interpolate(const Stencil& stencil, const Vec3& fraction) {
-  const Weights x(fraction.x()), y(fraction.y()), z(fraction.z());
-  double value = 0;
-  Vec3 gradient = Vec3::Zero();
-  for (std::size_t i = 0; i < 4; ++i) {
-    double plane_value = 0, plane_dy = 0, plane_dz = 0;
-    const bool middle_i = i == 1 || i == 2;
-    for (std::size_t j = 0; j < 4; ++j) {
-      const bool middle_j = j == 1 || j == 2;
-      if (!middle_i && !middle_j) continue;
-      const auto& row = stencil.values[i][j];
-      const double row_value =
-          z.value[1] * static_cast<double>(row[1]) + z.value[2] * static_cast<double>(row[2]);
-      plane_value += y.value[j] * row_value;
-      if (!middle_i) continue;
-      plane_dy += y.slope[j] * row_value;
-      if (!middle_j) continue;
-      double row_slope = 0;
-      for (std::size_t k = 0; k < 4; ++k) row_slope += z.slope[k] * static_cast<double>(row[k]);
-      plane_dz += y.value[j] * row_slope;
-    }
-    value += x.value[i] * plane_value;
-    gradient += Vec3(x.slope[i] * plane_value, x.value[i] * plane_dy, x.value[i] * plane_dz);
-  }
-  const double norm = gradient.norm();
-  return {value, norm > 0 ? Vec3(gradient / norm) : Vec3(Vec3::Zero())};
-}
-
-Sample sample_grid(const LevelSet::Implementation& level_set, const Vec3& x) {
-  const auto beyond = [](float background) {
-    return Sample{static_cast<double>(background), Vec3::Zero()};
-  };
-  const Vec3 index = (x - level_set.origin) / level_set.voxel_size;
-  constexpr double kLargestIndex = 1 << 30;
-  if (!((index.array().abs() < kLargestIndex).all())) return beyond(level_set.outside);
-  const Vec3 floor = index.array().floor();
-  const std::array<int, 3> base{static_cast<int>(floor.x()), static_cast<int>(floor.y()),
-                                static_cast<int>(floor.z())};
-  const auto beyond_at_base = [&] {
-    const float nearest = level_set.grid->tree().getValue({base[0], base[1], base[2]});
-    return beyond(nearest < 0 ? level_set.inside : level_set.outside);
-  };
-  Stencil stencil;
-  stencil.gather(level_set.leaves, base, level_set.outside);
-  if (!stencil.is_within(level_set.inside, level_set.outside)) return beyond_at_base();
-  const Sample sample = interpolate(stencil, index - floor);
-  if (sample.distance >= static_cast<double>(level_set.outside) - level_set.voxel_size)
-    return beyond(level_set.outside);
-  if (sample.distance <= static_cast<double>(level_set.inside) + level_set.voxel_size)
-    return beyond(level_set.inside);
-  return sample;
+  const auto transform = openvdb::math::Transform::createLinearTransform(voxel_size);
+  transform->postTranslate(voxel_size * first_node.asVec3d());
+  grid->setTransform(transform);
+  grid->setGridClass(openvdb::GRID_LEVEL_SET);
+  return grid;
 }
 
 // A .vdb file starts with a magic number (8 bytes), three versions (4 each), a flag (1) and 36
@@ -210,6 +114,36 @@ std::string whole_file(const std::filesystem::path& path) {
   return std::move(bytes).str();
 }
 
+/// Tells the directory where the tree's leaves are, and which tiles are inside.
+void put_leaves(const FloatTree& tree, LeafDirectory& leaves) {
+  const auto put_pages = [&](const openvdb::Coord& origin, int pages) {
+    for (int i = 0; i < pages; ++i) {
+      for (int j = 0; j < pages; ++j) {
+        for (int k = 0; k < pages; ++k) {
+          leaves.put_inside_page((origin.x() >> 7) + i, (origin.y() >> 7) + j,
+                                 (origin.z() >> 7) + k);
+        }
+      }
+    }
+  };
+  for (auto upper = tree.cbeginRootChildren(); upper; ++upper) {
+    for (auto lower = upper->cbeginChildOn(); lower; ++lower) {
+      for (auto leaf = lower->cbeginChildOn(); leaf; ++leaf) {
+        const openvdb::Coord& origin = leaf->origin();
+        leaves.put(origin.x() >> 3, origin.y() >> 3, origin.z() >> 3, leaf->buffer().data());
+      }
+      for (auto tile = lower->cbeginValueAll(); tile; ++tile) {
+        const openvdb::Coord origin = tile.getCoord();
+        if (*tile < 0) leaves.put_inside(origin.x() >> 3, origin.y() >> 3, origin.z() >> 3);
+      }
+    }
+    for (auto tile = upper->cbeginValueAll(); tile; ++tile)
+      if (*tile < 0) put_pages(tile.getCoord(), 1);
+  }
+  for (auto tile = tree.root().cbeginValueAll(); tile; ++tile)
+    if (*tile < 0) put_pages(tile.getCoord(), 32);
+}
+
 void check_grid(const FloatGrid& grid) {
   const auto& transform = grid.transform();
   const openvdb::Vec3d size = transform.voxelSize();
@@ -233,6 +167,51 @@ void check_grid(const FloatGrid& grid) {
   for (auto value = grid.cbeginValueAll(); value; ++value) {
     if (!std::isfinite(*value)) throw std::runtime_error("it holds a value that is not finite");
   }
+}
+
+/// Moves each point along its gradient by what step(point number, sample there) asks for.
+template <class Step>
+void move_points(std::vector<Vec3>& points, const LeafField& field, Step&& step) {
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size(), 512), [&](const auto& range) {
+    LeafCursor cursor(field);
+    for (std::size_t i = range.begin(); i != range.end(); ++i) {
+      const Sample sample = cursor.sample_closely(points[i]);
+      points[i] -= step(i, sample) * sample.gradient;
+    }
+  });
+}
+
+/// OpenVDB's points are means of the crossings around them and lie inside of convex surfaces, and
+/// its facets farther inside. Puts the points onto the zero level, then as far outwards as their
+/// facets lie inwards on the mean, so that the volume is kept.
+void settle(TriangleMesh& mesh, const LeafField& field) {
+  for (int i = 0; i < 2; ++i)
+    move_points(mesh.points, field, [](std::size_t, const Sample& s) { return s.distance; });
+  std::vector<double> means(mesh.triangles.size());
+  const auto corner = [&](const Triangle& t, std::size_t n) -> const Vec3& {
+    return mesh.points[static_cast<std::size_t>(t[n % 3])];
+  };
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, means.size(), 512), [&](const auto& range) {
+    LeafCursor cursor(field);
+    for (std::size_t i = range.begin(); i != range.end(); ++i) {
+      const Triangle& t = mesh.triangles[i];
+      for (std::size_t n = 0; n < 3; ++n)  // exact for a quadratic distance
+        means[i] += cursor.sample_closely(0.5 * (corner(t, n) + corner(t, n + 1))).distance / 3;
+    }
+  });
+  std::vector<double> weighted(mesh.points.size()), weights(mesh.points.size());
+  for (std::size_t i = 0; i < means.size(); ++i) {
+    const Triangle& t = mesh.triangles[i];
+    const Vec3& a = corner(t, 0);
+    const double area = (corner(t, 1) - a).cross(corner(t, 2) - a).norm();
+    for (const int point : t) {
+      weighted[static_cast<std::size_t>(point)] += area * means[i];
+      weights[static_cast<std::size_t>(point)] += area;
+    }
+  }
+  move_points(mesh.points, field, [&](std::size_t i, const Sample&) {
+    return weights[i] > 0 ? weighted[i] / weights[i] : 0.0;
+  });
 }
 
 }  // namespace
@@ -268,45 +247,37 @@ void refuse_memory(const VoxelOptions& options, double needed, double fitting_vo
   throw std::length_error(message.str());
 }
 
-void LeafTable::build(const FloatTree& tree) {
-  const std::size_t leaves = tree.leafCount();
-  std::size_t slots = 16;
-  while (slots < 3 * leaves) slots *= 2;
-  entries_.assign(slots, {});
-  mask_ = slots - 1;
-  for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
-    const openvdb::Coord origin = leaf->origin();
-    const int i = origin.x() >> 3, j = origin.y() >> 3, k = origin.z() >> 3;
-    std::size_t slot = hash(i, j, k) & mask_;
-    while (entries_[slot].values) slot = (slot + 1) & mask_;
-    entries_[slot] = {i, j, k, leaf->buffer().data()};
-  }
-}
-
-LevelSet::Implementation::Implementation(FloatGrid::Ptr level_set)
-    : grid(level_set), voxel_size(level_set->voxelSize()[0]), outside(level_set->background()) {
+LevelSet::Implementation::Implementation(FloatGrid::Ptr level_set, float inside)
+    : grid(level_set),
+      field{.leaves = {level_set->background(), inside < 0 ? inside : -level_set->background()},
+            .voxel_size = level_set->voxelSize()[0],
+            .outside = level_set->background(),
+            .inside = inside < 0 ? inside : -level_set->background()} {
   const openvdb::Vec3d node = level_set->indexToWorld(openvdb::Coord(0));
-  origin = Vec3(node[0], node[1], node[2]);
-  inside = -outside;
-  leaves.build(level_set->tree());
+  for (int axis = 0; axis < 3; ++axis) {
+    field.origin[axis] = node[axis];
+    first_node[static_cast<std::size_t>(axis)] =
+        static_cast<int>(std::lround(node[axis] / field.voxel_size));
+  }
+  put_leaves(level_set->tree(), field.leaves);
 }
 
 LevelSet::LevelSet(std::shared_ptr<const Implementation> implementation)
     : implementation_(std::move(implementation)) {}
 
-double LevelSet::voxel_size() const { return implementation_->voxel_size; }
-double LevelSet::background() const { return static_cast<double>(implementation_->outside); }
+double LevelSet::voxel_size() const { return implementation_->field.voxel_size; }
+double LevelSet::background() const { return static_cast<double>(implementation_->field.outside); }
 std::size_t LevelSet::active_voxels() const { return implementation_->grid->activeVoxelCount(); }
 std::size_t LevelSet::memory_bytes() const {
-  return implementation_->grid->memUsage() + implementation_->leaves.bytes();
+  return implementation_->grid->memUsage() + implementation_->field.leaves.bytes();
 }
 
 double LevelSet::node_value(const std::array<int, 3>& index) const {
-  return static_cast<double>(implementation_->grid->tree().getValue(to_coord(index)));
+  return static_cast<double>(implementation_->grid->tree().getValue(implementation_->coord(index)));
 }
 
 bool LevelSet::node_is_active(const std::array<int, 3>& index) const {
-  return implementation_->grid->tree().isValueOn(to_coord(index));
+  return implementation_->grid->tree().isValueOn(implementation_->coord(index));
 }
 
 void LevelSet::for_each_active(const std::function<void(const Vec3&, double)>& visit) const {
@@ -314,20 +285,23 @@ void LevelSet::for_each_active(const std::function<void(const Vec3&, double)>& v
     openvdb::Coord last = value.getBoundingBox().max();
     for (auto node = value.getBoundingBox().begin(); node; ++node) {
       const Vec3 index((*node).x(), (*node).y(), (*node).z());
-      visit(implementation_->origin + implementation_->voxel_size * index,
+      visit(implementation_->field.origin + implementation_->field.voxel_size * index,
             static_cast<double>(*value));
       if (*node == last) break;
     }
   }
 }
 
-Sample LevelSet::sample(const Vec3& x) const { return sample_grid(*implementation_, x); }
+Sample LevelSet::sample(const Vec3& x) const {
+  return LeafCursor(implementation_->field).sample(x);
+}
 
 void LevelSet::sample(std::span<const Vec3> points, std::span<Sample> samples) const {
   assert(points.size() == samples.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size(), 512), [&](const auto& range) {
+    LeafCursor cursor(implementation_->field);
     for (std::size_t i = range.begin(); i != range.end(); ++i)
-      samples[i] = sample_grid(*implementation_, points[i]);
+      samples[i] = cursor.sample(points[i]);
   });
 }
 
@@ -349,6 +323,7 @@ TriangleMesh LevelSet::surface() const {
     mesh.triangles.push_back({index(q[0]), index(q[2]), index(q[1])});
     mesh.triangles.push_back({index(q[0]), index(q[3]), index(q[2])});
   }
+  settle(mesh, implementation_->field);
   return mesh;
 }
 
@@ -410,10 +385,13 @@ LevelSet voxelise(const Solid& solid, const VoxelOptions& options) {
   check(solid);
   const double band = options.half_width * options.voxel_size;
   double largest_coordinate = band;
-  for (const Segment& s : solid.segments) {
-    const double reach = std::max(s.radius_a, s.radius_b) + band;
-    largest_coordinate = std::max(
-        {largest_coordinate, s.a.cwiseAbs().maxCoeff() + reach, s.b.cwiseAbs().maxCoeff() + reach});
+  const auto include = [&](const Vec3& end, double radius) {
+    largest_coordinate = std::max(largest_coordinate, end.cwiseAbs().maxCoeff() + radius + band);
+  };
+  for (const Segment& s : solid.segments) include(s.a, s.radius_a), include(s.b, s.radius_b);
+  for (const Strut& s : solid.struts) {
+    const double radius = prepare(s).outer_radius();
+    include(s.a, radius), include(s.b, radius);
   }
   if (largest_coordinate / options.voxel_size > (1 << 29)) {
     throw std::length_error("a coordinate of " + std::to_string(largest_coordinate) +
@@ -422,7 +400,7 @@ LevelSet voxelise(const Solid& solid, const VoxelOptions& options) {
   }
   check_memory(options, [&](double h) { return estimated_bytes(solid, h, options.half_width); });
   return LevelSet(std::make_shared<const LevelSet::Implementation>(
-      to_grid(rasterise(solid, options.voxel_size, band), options.voxel_size, band)));
+      build_grid(solid, options.voxel_size, band)));
 }
 
 }  // namespace vstent::sdf

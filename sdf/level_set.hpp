@@ -30,9 +30,9 @@ class LevelSet {
   std::size_t active_voxels() const;
   std::size_t memory_bytes() const;
 
-  /// Trilinear value and central-difference (nodal) gradient, normalised: value within 1.1 h^2/(8
-  /// rho), gradient within 0.25 (h/rho)^2 rad away from seams. Outside the band: +-background and a
-  /// zero gradient.
+  /// In single precision: trilinear value and central-difference (nodal) gradient, normalised:
+  /// value within 1.1 h^2/(8 rho), gradient within 0.25 (h/rho)^2 rad away from seams. Outside the
+  /// band: +-background and a zero gradient.
   Sample sample(const Vec3& x) const;
   void sample(std::span<const Vec3> points, std::span<Sample> samples) const;  ///< in parallel
 
@@ -41,7 +41,9 @@ class LevelSet {
   bool node_is_active(const std::array<int, 3>& index) const;
   void for_each_active(const std::function<void(const Vec3& node, double value)>& visit) const;
 
-  /// Zero level set as triangles (dual marching cubes of the OpenVDB tools), outward.
+  /// Zero level set as triangles, outward: dual marching cubes of the OpenVDB tools, whose points
+  /// are then moved so that the facets lie on it in the mean. A strut of 3 voxels per radius keeps
+  /// its volume and area within 2 %, sharp edges apart.
   TriangleMesh surface() const;
 
   /// Writes a .vdb whose world units are millimetres. \throws std::runtime_error when the file
@@ -62,8 +64,8 @@ class LevelSet {
 /// limit; says how much and what voxel size fits
 LevelSet voxelise(const Solid& solid, const VoxelOptions& options);
 
-/// The same for a closed, outward oriented surface (exact distances, signs by OpenVDB); `interior_width`
-/// (mm) keeps exact distances that deep inside, for lumens.
+/// The same for a closed, outward oriented surface (exact distances, signs by OpenVDB);
+/// `interior_width` (mm) keeps exact distances that deep inside, for lumens.
 LevelSet voxelise(const TriangleMesh& closed_surface, const VoxelOptions& options,
                   double interior_width = 0);
 

@@ -1,54 +1,25 @@
-// What LevelSet hides: the OpenVDB grid, and a table of its leaves for sampling. Included by the
-// two files that see OpenVDB.
+// What LevelSet hides: the OpenVDB grid, and where its leaves are for sampling. Included by the two
+// files that see OpenVDB.
 #pragma once
 
 #include <openvdb/openvdb.h>
 
-#include <array>
-#include <cstdint>
-#include <vector>
-
+#include "sdf/leaf_field.hpp"
 #include "sdf/level_set.hpp"
 
 namespace vstent::sdf {
 
-/// Finds the values of the 8^3 leaf at given leaf coordinates (node index >> 3) by hashing; nothing
-/// for absent leaves.
-class LeafTable {
- public:
-  void build(const openvdb::FloatTree& tree);
-  const float* find(int i, int j, int k) const {
-    for (std::size_t slot = hash(i, j, k) & mask_;; slot = (slot + 1) & mask_) {
-      const Entry& entry = entries_[slot];
-      if (!entry.values || (entry.i == i && entry.j == j && entry.k == k)) return entry.values;
-    }
-  }
-  std::size_t bytes() const { return entries_.size() * sizeof(Entry); }
-
- private:
-  struct Entry {
-    int i = 0, j = 0, k = 0;
-    const float* values = nullptr;
-  };
-  static std::size_t hash(int i, int j, int k) {
-    std::uint64_t h = static_cast<std::uint32_t>(i) * 0x9E3779B97F4A7C15u;
-    h = (h ^ static_cast<std::uint32_t>(j)) * 0xC2B2AE3D27D4EB4Fu;
-    h = (h ^ static_cast<std::uint32_t>(k)) * 0x165667B19E3779F9u;
-    return h ^ (h >> 32);
-  }
-  std::vector<Entry> entries_ = std::vector<Entry>(1);
-  std::size_t mask_ = 0;
-};
-
 struct LevelSet::Implementation {
-  explicit Implementation(openvdb::FloatGrid::Ptr level_set);
+  /// `inside` is the value deeper than the band; 0 stands for minus the background.
+  explicit Implementation(openvdb::FloatGrid::Ptr level_set, float inside = 0);
+
+  openvdb::Coord coord(const std::array<int, 3>& node) const {
+    return {node[0] - first_node[0], node[1] - first_node[1], node[2] - first_node[2]};
+  }
 
   openvdb::FloatGrid::ConstPtr grid;
-  LeafTable leaves;
-  double voxel_size = 0;
-  Vec3 origin = Vec3::Zero();  ///< world position of node (0, 0, 0)
-  float outside = 0;           ///< the value beyond the band, outside
-  float inside = 0;            ///< and inside, negative
+  LeafField field;
+  std::array<int, 3> first_node{};  ///< the grid's node (0, 0, 0) is at first_node * voxel size
 };
 
 /// Registers OpenVDB's types once; any number of threads may call it.

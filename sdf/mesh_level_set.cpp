@@ -7,8 +7,8 @@
 #include <stdexcept>
 
 #include "sdf/level_set_grid.hpp"
+#include "sdf/memory.hpp"
 #include "sdf/mesh_distance.hpp"
-#include "sdf/rasteriser.hpp"
 
 namespace vstent::sdf {
 namespace {
@@ -109,9 +109,8 @@ LevelSet voxelise(const TriangleMesh& closed_surface, const VoxelOptions& option
                                                      static_cast<float>(options.half_width * h),
                                                      static_cast<float>(-inside_width * h));
   grid->setGridClass(openvdb::GRID_LEVEL_SET);
-  auto implementation = std::make_shared<LevelSet::Implementation>(grid);
-  implementation->inside = static_cast<float>(-inside_width * h);
-  return LevelSet(std::move(implementation));
+  return LevelSet(std::make_shared<const LevelSet::Implementation>(
+      grid, static_cast<float>(-inside_width * h)));
 }
 
 }  // namespace vstent::sdf

@@ -1,47 +1,60 @@
-// A solid's narrow band as plain 8^3 leaves, before OpenVDB sees it. Inside this folder only.
+// A solid's narrow band leaf by leaf, before OpenVDB sees it. Inside this folder only.
 #pragma once
 
 #include <array>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
+#include <functional>
 #include <vector>
 
-#include "sdf/solid.hpp"
+#include "sdf/leaf_kernels.hpp"
+#include "sdf/prepared_solid.hpp"
 
 namespace vstent::sdf {
 
 using Index3 = std::array<int, 3>;
 
-/// 8^3 nodes at (origin + (i, j, k)) h, value index 64 i + 8 j + k. Bit 8 j + k of active[i]:
-/// |value| < band.
-struct RasterLeaf {
-  Index3 origin;
-  std::array<float, 512> values;
-  std::array<std::uint64_t, 8> active;
+/// Where the leaves of a block go. An origin is the index of a first node, at index * voxel size.
+struct LeafSink {
+  std::function<float*()> spare;  ///< room for the values of the leaf that may be kept next
+  std::function<void(const Index3& origin, const LeafMask& active)> keep;
+  /// A cube of nodes inside the solid, deeper than the band.
+  std::function<void(const Index3& origin, int size)> fill_inside;
 };
 
-/// A cube of nodes that lies inside the solid, deeper than the band.
-struct InsideBlock {
-  Index3 origin;
-  int size;  ///< nodes per side
+/// A solid's pieces binned to the blocks of nodes that their band touches; blocks are the tasks of
+/// rasterising.
+class Rasteriser {
+ public:
+  static constexpr int kBlockSide = 32;  ///< nodes
+
+  /// `band` is the half width in mm.
+  Rasteriser(const Solid& solid, double voxel_size, double band);
+
+  std::size_t block_count() const { return blocks_.size(); }
+  /// Before all nodes of all blocks; a multiple of kBlockSide.
+  const Index3& first_node() const { return first_node_; }
+  /// All blocks, in parallel; the same bits for any number of threads.
+  void run(const std::function<LeafSink(std::size_t block)>& sink_of) const;
+
+ private:
+  friend class BlockRasteriser;
+  struct Block {
+    Index3 origin{};
+    int begin = 0, end = 0;  // in candidates_
+  };
+
+  struct Shape {
+    Vec3 a, b, axis, sideways;  // sideways is unit, perpendicular to the axis and a strut's normal
+    double length, outer_radius;
+    bool is_plain = false;                      // an uncut capsule
+    bool continues = false, continued = false;  // see BlockRasteriser::yields
+  };
+
+  PreparedSolid pieces_;
+  std::vector<Shape> shapes_;  // of the pieces
+  double voxel_size_, band_;
+  Index3 first_node_{};
+  std::vector<Block> blocks_;
+  std::vector<int> candidates_;  // of the blocks, one after another
 };
-
-struct RasterPiece {
-  std::vector<std::unique_ptr<RasterLeaf>> leaves;
-  std::vector<InsideBlock> inside;
-};
-
-/// Pieces in a fixed order, with the same bits for any number of threads. `band` is the half width
-/// in mm.
-std::vector<RasterPiece> rasterise(const Solid& solid, double voxel_size, double band);
-
-/// Bytes at the peak of building the level set of a solid: the leaves within the band of each
-/// segment's side and of each loose end, as if none overlapped.
-double estimated_bytes(const Solid& solid, double voxel_size, double half_width);
-
-/// The same for a surface of this area (mm^2) with bands of different widths (voxels) inside and
-/// outside.
-double estimated_bytes(double area, double voxel_size, double outside_width, double inside_width);
 
 }  // namespace vstent::sdf

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "sdf/prepared_segment.hpp"
+#include "sdf/prepared_solid.hpp"
 
 namespace vstent::sdf {
 namespace {
@@ -85,38 +85,10 @@ EndCap end_cap(const Vec3& end, const Vec3& before, double radius, double radius
   return {end, (end - before) / length, disc};
 }
 
-[[noreturn]] void refuse_segment(std::size_t index, const std::string& what) {
-  throw std::invalid_argument("solid: segment " + std::to_string(index) + " " + what);
-}
-
 }  // namespace
 
-PreparedSegment prepare(const Segment& segment, Joints joints) {
-  const Vec3 axis = segment.b - segment.a;
-  const double length = axis.norm();
-  const double drop = segment.radius_a - segment.radius_b;
-  PreparedSegment prepared{.a = segment.a,
-                           .axis = Vec3::Zero(),
-                           .length = 0,
-                           .radius = segment.radius_a,
-                           .sine = 0,
-                           .tangent = 0,
-                           .start_cap = segment.start_cap,
-                           .end_cap = segment.end_cap};
-  if (joints == Joints::flat) {
-    prepared.axis = axis / length;
-    prepared.length = length;
-    prepared.radius = 0.5 * (segment.radius_a + segment.radius_b);
-  } else if (std::abs(drop) < length) {
-    prepared.axis = axis / length;
-    prepared.length = length;
-    prepared.sine = drop / length;
-    prepared.tangent = prepared.sine / std::sqrt((1 - prepared.sine) * (1 + prepared.sine));
-  } else if (drop < 0) {
-    prepared.a = segment.b;
-    prepared.radius = segment.radius_b;
-  }
-  return prepared;
+Sample uncut_distance_to(const PreparedSegment& segment, const Vec3& x) {
+  return round_cone(segment, x);
 }
 
 Sample distance_to(const PreparedSegment& segment, std::span<const EndCap> caps, Joints joints,
@@ -131,32 +103,22 @@ Sample distance_to(const PreparedSegment& segment, std::span<const EndCap> caps,
   return start.distance > end.distance ? start : end;
 }
 
-void check(const Solid& solid) {
-  if (solid.segments.empty()) throw std::invalid_argument("solid: no segments");
-  const int caps = static_cast<int>(solid.caps.size());
-  for (std::size_t i = 0; i < solid.segments.size(); ++i) {
-    const Segment& segment = solid.segments[i];
-    if (!segment.a.allFinite() || !segment.b.allFinite())
-      refuse_segment(i, "has a coordinate that is not finite");
-    if (!std::isfinite(segment.radius_a) || !std::isfinite(segment.radius_b) ||
-        segment.radius_a < 0 || segment.radius_b < 0) {
-      refuse_segment(i, "has radii " + std::to_string(segment.radius_a) + " and " +
-                            std::to_string(segment.radius_b) +
-                            " mm; they must be finite and not negative");
-    }
-    if (segment.start_cap >= caps || segment.end_cap >= caps)
-      refuse_segment(i, "names an end cap that does not exist");
-    if (solid.joints == Joints::flat && !((segment.b - segment.a).norm() > 0)) {
-      refuse_segment(i, "has no length, so a flat-capped cylinder has no direction");
-    }
+Sample distance_to(const PreparedStrut& strut, const Vec3& x) {
+  const Vec3 from_a = x - strut.a;
+  const double height = from_a.dot(strut.normal);
+  const double s = std::clamp(from_a.dot(strut.axis), 0.0, strut.length);
+  const Vec3 across = from_a - s * strut.axis - height * strut.normal;
+  const double rho = across.norm();
+  const Vec3 sideways = rho > 0 ? Vec3(across / rho) : Vec3(Vec3::Zero());
+  const Vec3 upwards = height < 0 ? Vec3(-strut.normal) : strut.normal;
+  const double side = rho - strut.half_width;
+  const double face = std::abs(height) - strut.half_thickness;
+  if (side <= 0 || face <= 0) {
+    return side > face ? Sample{side - strut.edge_radius, sideways}
+                       : Sample{face - strut.edge_radius, upwards};
   }
-}
-
-Box axis_box(const Segment& segment) {
-  Box box;
-  box.include(segment.a);
-  box.include(segment.b);
-  return box;
+  const double from_core = std::hypot(side, face);
+  return {from_core - strut.edge_radius, (side * sideways + face * upwards) / from_core};
 }
 
 Sample capsule(const Vec3& x, const Vec3& a, const Vec3& b, double radius) {
@@ -172,6 +134,8 @@ Sample round_cone(const Vec3& x, const Vec3& a, const Vec3& b, double radius_a, 
   return round_cone(
       prepare({.a = a, .b = b, .radius_a = radius_a, .radius_b = radius_b}, Joints::round), x);
 }
+
+Sample flat_strut(const Vec3& x, const Strut& strut) { return distance_to(prepare(strut), x); }
 
 Solid make_tube(const Polyline& axis, const std::vector<double>& radii, bool round_ends) {
   const std::size_t points = axis.size();
@@ -222,6 +186,10 @@ Sample distance_brute_force(const Solid& solid, const Vec3& x) {
   Sample best{std::numeric_limits<double>::infinity(), Vec3::Zero()};
   for (const Segment& segment : solid.segments) {
     const Sample sample = distance_to(prepare(segment, solid.joints), solid.caps, solid.joints, x);
+    if (sample.distance < best.distance) best = sample;
+  }
+  for (const Strut& strut : solid.struts) {
+    const Sample sample = flat_strut(x, strut);
     if (sample.distance < best.distance) best = sample;
   }
   return best;

@@ -1,5 +1,5 @@
-// What a stent is to the distance field: a union of round cones with optional flat end caps, or the
-// paper's cylinders.
+// What a stent is to the distance field: a union of round cones with optional flat end caps and of
+// laser-cut struts, or the paper's cylinders.
 #pragma once
 
 #include <vector>
@@ -23,6 +23,15 @@ struct Segment {
   int start_cap = -1, end_cap = -1;
 };
 
+/// A laser-cut strut: the points at most width / 2 from the segment ab as seen along `normal`, and
+/// at most thickness / 2 from it along `normal`, with rounded edges. Its ends are round as seen
+/// along `normal`, so that the pieces of a curved strut join without gaps.
+struct Strut {
+  Vec3 a = Vec3::Zero(), b = Vec3::Zero();
+  Vec3 normal = Vec3::UnitZ();                       ///< unit, perpendicular to ab
+  double width = 0, thickness = 0, edge_radius = 0;  ///< mm
+};
+
 /// A flat disc that ends a tube: the segments that carry it are cut off beyond the plane through
 /// `centre`. Behind the plane (z <= 0) their distance is max(d, z); beyond it, the distance to the
 /// disc.
@@ -37,10 +46,11 @@ struct EndCap {
 /// side of bends.
 enum class Joints { round, flat };
 
-/// A union of segments. With `Joints::flat` every segment is a capped cylinder of the mean radius
-/// and caps are ignored.
+/// A union of segments and struts. With `Joints::flat` every segment is a capped cylinder of the
+/// mean radius and caps are ignored.
 struct Solid {
   std::vector<Segment> segments;
+  std::vector<Strut> struts;
   std::vector<EndCap> caps;
   Joints joints = Joints::round;
 };
@@ -57,9 +67,10 @@ Sample capsule(const Vec3& x, const Vec3& a, const Vec3& b, double radius);
 Sample capped_cylinder(const Vec3& x, const Vec3& a, const Vec3& b,
                        double radius);  // paper, one piece of eq. 18
 Sample round_cone(const Vec3& x, const Vec3& a, const Vec3& b, double radius_a, double radius_b);
+Sample flat_strut(const Vec3& x, const Strut& strut);
 
-/// The solid's distance at x by trying every segment: the slow, obvious twin of ExactField and
-/// LevelSet.
+/// The solid's distance at x by trying every segment and strut: the slow, obvious twin of
+/// ExactField and LevelSet.
 Sample distance_brute_force(const Solid& solid, const Vec3& x);
 
 }  // namespace vstent::sdf

@@ -16,6 +16,7 @@ void expect_same_bits(const Solid& solid, std::uint64_t seed) {
   for (int n = 0; n < 3000; ++n) points.push_back(random.in_box(box.lower, box.upper));
   for (const Segment& s : solid.segments)
     points.insert(points.end(), {s.a, s.b, 0.5 * (s.a + s.b)});
+  for (const Strut& s : solid.struts) points.insert(points.end(), {s.a, s.b, 0.5 * (s.a + s.b)});
   std::vector<Sample> samples(points.size());
   field.sample(points, samples);
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -32,12 +33,16 @@ TEST(ExactField, EqualsBruteForceBitForBit) {
   expect_same_bits(tests::tapered_tube(tests::arc_axis(20, 2, 60), 3, 1.5), 4);
   expect_same_bits(tests::paper_tube(tests::arc_axis(20, 2, 60), 3), 5);
   expect_same_bits(tests::scattered_struts(1000, 3, 6), 6);
+  expect_same_bits(tests::scattered_flat_struts(1000, 3, 10), 7);
+  Solid mixed = tests::scattered_struts(300, 2, 11);
+  mixed.struts = tests::scattered_flat_struts(300, 2, 12).struts;
+  expect_same_bits(mixed, 8);
 }
 
 TEST(ExactField, EqualsBruteForceFarFromTheOrigin) {
   Solid solid = tests::scattered_struts(300, 2, 7);
   for (Segment& s : solid.segments) s.a += Vec3(4e5, -3e5, 2e5), s.b += Vec3(4e5, -3e5, 2e5);
-  expect_same_bits(solid, 8);
+  expect_same_bits(solid, 9);
 }
 
 TEST(ExactField, RefusesImpossibleSolids) {

@@ -76,9 +76,8 @@ TEST_P(CapsuleDirections, SideIsSampledToSecondOrder) {
   const double radius = 2;
   const Vec3 along = GetParam().normalized();
   const Vec3 across = along.unitOrthogonal();
-  const Solid solid{{{.a = -3 * along, .b = 3 * along, .radius_a = radius, .radius_b = radius}},
-                    {},
-                    Joints::round};
+  const Solid solid = tests::solid_of(
+      Segment{.a = -3 * along, .b = 3 * along, .radius_a = radius, .radius_b = radius});
   // The side ends a stencil, 2 voxels, before the seams at +-3.
   expect_second_order(solid, radius, {1.1, 0.25}, [&](tests::Random& random, double offset) {
     const Vec3 normal = Eigen::AngleAxisd(random(0, 2 * std::numbers::pi), along) * across;
@@ -90,8 +89,8 @@ TEST(Accuracy, BallIsSampledToSecondOrder) {
   // Two equal curvatures: twice the cylinder's value error.
   const double radius = 2;
   const Vec3 centre(0.03, -0.02, 0.01);
-  const Solid solid{
-      {{.a = centre, .b = centre, .radius_a = radius, .radius_b = radius}}, {}, Joints::round};
+  const Solid solid =
+      tests::solid_of(Segment{.a = centre, .b = centre, .radius_a = radius, .radius_b = radius});
   expect_second_order(solid, radius, {2.2, 0.25}, [&](tests::Random& random, double offset) {
     const Vec3 normal = random.direction();
     return std::pair(Vec3(centre + (radius + offset) * normal), normal);
@@ -136,8 +135,8 @@ TEST(Accuracy, ConeSideIsSampledToSecondOrder) {
   // The cone's normal curvature is cos(alpha) / rho <= 1 / r2 where the narrow end has r2.
   const double r1 = 3, r2 = 2, length = 8;
   const double sine = (r1 - r2) / length, cosine = std::sqrt(1 - sine * sine);
-  const Solid solid{
-      {{.a = {0, 0, 0}, .b = {0, 0, length}, .radius_a = r1, .radius_b = r2}}, {}, Joints::round};
+  const Solid solid =
+      tests::solid_of(Segment{.a = {0, 0, 0}, .b = {0, 0, length}, .radius_a = r1, .radius_b = r2});
   expect_second_order(solid, r2, {1.1, 0.25}, [&](tests::Random& random, double offset) {
     const double s = random(1, 7), turn = random(0, 2 * std::numbers::pi);
     const Vec3 normal(cosine * std::cos(turn), cosine * std::sin(turn), sine);

@@ -75,6 +75,18 @@ inline sdf::Solid tapered_tube(const Polyline& axis, double first, double last,
   return sdf::make_tube(axis, radii, round_ends);
 }
 
+inline sdf::Solid solid_of(const sdf::Segment& segment) {
+  sdf::Solid solid;
+  solid.segments = {segment};
+  return solid;
+}
+
+inline sdf::Solid solid_of(const sdf::Strut& strut) {
+  sdf::Solid solid;
+  solid.struts = {strut};
+  return solid;
+}
+
 /// The paper's union of flat-capped cylinders.
 inline sdf::Solid paper_tube(const Polyline& axis, double radius) {
   sdf::Solid solid = uniform_tube(axis, radius, true);
@@ -96,6 +108,36 @@ inline sdf::Solid scattered_struts(int count, double half_side, std::uint64_t se
   return solid;
 }
 
+/// 0.16 x 0.1 mm, askew.
+inline sdf::Strut slanted_strut(double edge_radius, double length = 0.7) {
+  const Vec3 along = Vec3(2, -1, 3).normalized();
+  return {.a = {0.1, 0.2, 0.3},
+          .b = Vec3(0.1, 0.2, 0.3) + length * along,
+          .normal = along.cross(Vec3(1, 1, 0)).normalized(),
+          .width = 0.16,
+          .thickness = 0.1,
+          .edge_radius = edge_radius};
+}
+
+/// Flat struts scattered in a cube: sharp, rounded and fully round edges, wide and high, plates.
+inline sdf::Solid scattered_flat_struts(int count, double half_side, std::uint64_t seed) {
+  Random random(seed);
+  sdf::Solid solid;
+  for (int i = 0; i < count; ++i) {
+    const Vec3 a = random.in_cube(half_side);
+    const Vec3 along = random.direction();
+    const double length = i % 19 == 0 ? 0 : random(0.05, 0.6);
+    const double width = random(0.06, 0.25), thickness = random(0.06, 0.25);
+    solid.struts.push_back({.a = a,
+                            .b = a + length * along,
+                            .normal = along.cross(random.direction()).normalized(),
+                            .width = width,
+                            .thickness = thickness,
+                            .edge_radius = 0.25 * (i % 3) * std::min(width, thickness)});
+  }
+  return solid;
+}
+
 inline Box bounds(const sdf::Solid& solid) {
   Box box;
   for (const sdf::Segment& s : solid.segments) {
@@ -103,6 +145,14 @@ inline Box bounds(const sdf::Solid& solid) {
       Box ball;
       ball.include(centre);
       ball.pad(radius);
+      box.include(ball);
+    }
+  }
+  for (const sdf::Strut& s : solid.struts) {
+    for (const Vec3& centre : {s.a, s.b}) {
+      Box ball;
+      ball.include(centre);
+      ball.pad(std::hypot(s.width, s.thickness) / 2);
       box.include(ball);
     }
   }

@@ -1,0 +1,387 @@
+#include "sdf/block_rasteriser.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace vstent::sdf {
+namespace {
+
+constexpr int kLeavesPerSide = Rasteriser::kBlockSide / kLeafSide;
+constexpr double kRounding = 1e-9;
+
+float single(double value) { return static_cast<float>(value); }
+
+/// direction . (x - origin) over the leaf, counted from `zero`.
+Affine affine(const Vec3& direction, const Vec3& from_origin, double zero, double h) {
+  return {single(direction.dot(from_origin) - zero), single(h * direction.x()),
+          single(h * direction.y()), single(h * direction.z())};
+}
+
+LeafVector vector(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
+Vec3 middle_of(const Index3& origin, int nodes, double h) {
+  const double half = 0.5 * (nodes - 1);
+  return h * Vec3(origin[0] + half, origin[1] + half, origin[2] + half);
+}
+
+}  // namespace
+
+CubeReach::CubeReach(int nodes, double voxel_size)
+    : half(0.5 * (nodes - 1) * voxel_size), corner(std::numbers::sqrt3 * half) {}
+
+double CubeReach::least(const Sample& middle) const {
+  const double slope = middle.gradient.cwiseAbs().sum();
+  return middle.distance - (slope > 0 ? half * slope : corner);
+}
+
+BlockRasteriser::BlockRasteriser(const Rasteriser& scene)
+    : scene_(scene),
+      block_reach_(Rasteriser::kBlockSide, scene.voxel_size_),
+      leaf_reach_(kLeafSide, scene.voxel_size_) {}
+
+Candidate BlockRasteriser::candidate(int piece, const Vec3& middle) const {
+  const Rasteriser::Shape& shape = scene_.shapes_[static_cast<std::size_t>(piece)];
+  if (shape.is_plain) {
+    const Vec3 from_a = middle - shape.a;
+    const double s = std::clamp(from_a.dot(shape.axis), 0.0, shape.length);
+    const Vec3 away = from_a - s * shape.axis;
+    const double from_axis = away.norm();
+    const Sample sample{from_axis - shape.outer_radius,
+                        from_axis > 0 ? Vec3(away / from_axis) : Vec3(Vec3::Zero())};
+    return {piece, sample, sample};
+  }
+  const Sample sample = scene_.pieces_.distance(piece, middle);
+  if (!scene_.pieces_.is_cut(piece)) return {piece, sample, sample};
+  return {piece, sample, scene_.pieces_.uncut_distance(piece, middle)};
+}
+
+/// Drops the candidates that are nearest to no node of the cube, or that its band does not touch.
+BlockRasteriser::Verdict BlockRasteriser::cull(const CubeReach& reach,
+                                               std::vector<Candidate>& near) const {
+  const double limit = scene_.band_ * (1 + kRounding);
+  std::erase_if(near, [&](const Candidate& c) { return reach.least(c.uncut) > limit; });
+  if (near.empty()) return Verdict::outside;
+  const auto nearest = std::min_element(near.begin(), near.end(), [](const auto& a, const auto& b) {
+    return a.sample.distance < b.sample.distance;
+  });
+  const Candidate best = *nearest;
+  // The best piece's distance at middle + v is at most d + g.v + |v|^2 / (2 arm), where its ball or
+  // edge is an arm away; any other convex one's is at least its own d + g.v.
+  const PreparedSolid& pieces = scene_.pieces_;
+  const auto is_smooth = [&](const Candidate& c) {
+    return pieces.is_convex(c.piece) && !c.sample.gradient.isZero();
+  };
+  const double arm = best.sample.distance + pieces.smallest_bend(best.piece);
+  const bool bend_known = is_smooth(best) && arm > 0;
+  const double bend = bend_known ? reach.corner * reach.corner / (2 * arm) : 0;
+  double rise = reach.corner;
+  if (bend_known) rise = std::min(rise, reach.half * best.sample.gradient.cwiseAbs().sum() + bend);
+  if (best.sample.distance + rise < -limit) return Verdict::inside;
+  std::erase_if(near, [&](const Candidate& c) {
+    const double excess = (c.sample.distance - best.sample.distance) * (1 - kRounding);
+    if (excess > 2 * reach.corner) return true;
+    if (!bend_known || !is_smooth(c)) return false;
+    const double slopes = (c.sample.gradient - best.sample.gradient).cwiseAbs().sum();
+    return excess > reach.half * slopes + bend;
+  });
+  return Verdict::band;
+}
+
+void BlockRasteriser::operator()(const Rasteriser::Block& block, const LeafSink& sink) {
+  const double h = scene_.voxel_size_;
+  const Vec3 middle = middle_of(block.origin, Rasteriser::kBlockSide, h);
+  of_block_.clear();
+  for (int i = block.begin; i < block.end; ++i) {
+    const int piece = scene_.candidates_[static_cast<std::size_t>(i)];
+    of_block_.push_back(candidate(piece, middle));
+  }
+  const Verdict verdict = cull(block_reach_, of_block_);
+  if (verdict == Verdict::inside) sink.fill_inside(block.origin, Rasteriser::kBlockSide);
+  if (verdict != Verdict::band) return;
+
+  Index3 lower, upper;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    lower[axis] = block.origin[axis] / kLeafSide;
+    upper[axis] = lower[axis] + kLeavesPerSide - 1;
+  }
+  bin_to_leaves(lower, upper);
+  std::size_t n = 0;
+  for (int i = lower[0]; i <= upper[0]; ++i) {
+    for (int j = lower[1]; j <= upper[1]; ++j) {
+      for (int k = lower[2]; k <= upper[2]; ++k, ++n) {
+        if (of_leaf_[n].empty()) continue;
+        fill_leaf({kLeafSide * i, kLeafSide * j, kLeafSide * k}, of_leaf_[n], sink);
+        of_leaf_[n].clear();
+      }
+    }
+  }
+}
+
+/// Does a neighbour in the same chain come at least as near to all nodes of the leaf? Where all lie
+/// beyond the end that two capsules share, that end is the one's nearest point and a point of the
+/// other's.
+bool BlockRasteriser::yields(int piece, const Vec3& middle) const {
+  const Rasteriser::Shape& shape = scene_.shapes_[static_cast<std::size_t>(piece)];
+  const auto is_past_b = [&](const Rasteriser::Shape& s) {
+    return leaf_reach_.least(middle - s.a, s.axis) >= s.length;
+  };
+  if (!shape.continues || !is_past_b(shape)) {
+    // Where two pieces could each yield to the other, the second stays.
+    if (!shape.continued || leaf_reach_.least(shape.a - middle, shape.axis) < 0) return false;
+    const Rasteriser::Shape& before = scene_.shapes_[static_cast<std::size_t>(piece) - 1];
+    if (before.continues && is_past_b(before)) return false;
+  }
+  if (shape.is_plain) return true;
+  // Behind the planes of its caps max(d, z) keeps the order.
+  const PreparedSegment& segment = scene_.pieces_.segment(piece);
+  for (const int index : {segment.start_cap, segment.end_cap}) {
+    if (index < 0) continue;
+    const EndCap& cap = scene_.pieces_.caps()[static_cast<std::size_t>(index)];
+    if (leaf_reach_.least(cap.centre - middle, cap.outward) < 0) return false;
+  }
+  return true;
+}
+
+void BlockRasteriser::bin_to_leaves(const Index3& lower, const Index3& upper) {
+  const double h = scene_.voxel_size_;
+  const double limit = scene_.band_ * (1 + kRounding);
+  for (const Candidate& c : of_block_) {
+    const Rasteriser::Shape& shape = scene_.shapes_[static_cast<std::size_t>(c.piece)];
+    visit_cells(
+        shape.a, shape.b, shape.outer_radius + limit, kLeafSide * h, lower, upper,
+        [&](const Index3& leaf) {
+          const Index3 origin{kLeafSide * leaf[0], kLeafSide * leaf[1], kLeafSide * leaf[2]};
+          const Vec3 middle = middle_of(origin, kLeafSide, h);
+          if (yields(c.piece, middle)) return;
+          const Candidate seen = candidate(c.piece, middle);
+          if (leaf_reach_.least(seen.uncut) > limit) return;
+          const int n = (leaf[0] - lower[0]) * kLeavesPerSide * kLeavesPerSide +
+                        (leaf[1] - lower[1]) * kLeavesPerSide + (leaf[2] - lower[2]);
+          of_leaf_[static_cast<std::size_t>(n)].push_back(seen);
+        });
+  }
+}
+
+void BlockRasteriser::fill_leaf(const Index3& origin, std::vector<Candidate>& near,
+                                const LeafSink& sink) {
+  const Verdict verdict = cull(leaf_reach_, near);
+  if (verdict == Verdict::inside) sink.fill_inside(origin, kLeafSide);
+  if (verdict != Verdict::band) return;
+  const Vec3 middle = middle_of(origin, kLeafSide, scene_.voxel_size_);
+  entries_.clear();
+  whole_caps_.clear();
+  for (const Candidate& c : near) resolve(c, middle);
+  std::sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
+    return std::tuple(a.plane, a.kind, a.radius, a.piece) <
+           std::tuple(b.plane, b.kind, b.radius, b.piece);
+  });
+  evaluate(middle);
+  LeafMask active;
+  if (kernels_.store(values_, single(scene_.band_), sink.spare(), active)) {
+    sink.keep(origin, active);
+  } else if (values_.at[0] < 0) {  // neighbouring nodes differ by less than the band: one sign
+    sink.fill_inside(origin, kLeafSide);
+  }
+}
+
+/// What the piece is to the leaf: a cap matters only where its plane cuts the band, and where it
+/// cuts the piece off altogether, all pieces with that cap are the same.
+void BlockRasteriser::resolve(const Candidate& c, const Vec3& middle) {
+  const PreparedSolid& pieces = scene_.pieces_;
+  if (pieces.is_strut(c.piece)) {
+    entries_.push_back({Kind::strut, 0, c.piece});
+    return;
+  }
+  const PreparedSegment& segment = pieces.segment(c.piece);
+  Entry entry{Kind::cone, segment.radius, c.piece};
+  if (pieces.joints() == Joints::flat) {
+    entries_.push_back(entry);
+    return;
+  }
+  const double least = leaf_reach_.least(c.uncut);
+  bool is_cut_off = false, is_behind = false;
+  for (const int index : {segment.start_cap, segment.end_cap}) {
+    if (index < 0) continue;
+    const EndCap& cap = pieces.caps()[static_cast<std::size_t>(index)];
+    const double least_z = leaf_reach_.least(middle - cap.centre, cap.outward);
+    const double largest_z = -leaf_reach_.least(cap.centre - middle, cap.outward);
+    if (largest_z <= std::min(std::max(least, -scene_.band_), 0.0)) continue;
+    is_behind = largest_z <= 0;
+    is_cut_off = c.uncut.distance + leaf_reach_.corner <=
+                 std::max(std::min(least_z, 0.0), -scene_.band_ * (1 + kRounding));
+    entry.cap[static_cast<std::size_t>(entry.caps++)] = index;
+  }
+  if (entry.caps == 1 && is_cut_off) {
+    if (std::find(whole_caps_.begin(), whole_caps_.end(), entry.cap[0]) != whole_caps_.end())
+      return;
+    whole_caps_.push_back(entry.cap[0]);
+  }
+  if (entry.caps == 1 && is_behind) entry.plane = entry.cap[0];
+  const auto is_thick = [&](double radius) {
+    return radius >= 16 * scene_.voxel_size_ && radius >= 2 * scene_.band_;
+  };
+  if (segment.sine == 0 && segment.length > 0) {
+    if (entry.caps == 0 || entry.plane >= 0) {
+      entry.kind = is_thick(segment.radius) ? Kind::thick : Kind::thin;
+    } else if (entry.caps == 1 && is_thick(segment.radius) &&
+               is_thick(pieces.caps()[static_cast<std::size_t>(entry.cap[0])].radius)) {
+      entry.kind = Kind::cut;
+    }
+  } else if (segment.sine == 0 && entry.caps == 0) {
+    entry.kind = Kind::thin;
+  }
+  entries_.push_back(entry);
+}
+
+/// The rows within the band of the box around the piece.
+LeafRows BlockRasteriser::rows_of(int piece, const Vec3& middle) const {
+  const Rasteriser::Shape& shape = scene_.shapes_[static_cast<std::size_t>(piece)];
+  const double margin = shape.outer_radius + scene_.band_ * (1 + kRounding) + leaf_reach_.half;
+  const double per_node = 1 / scene_.voxel_size_;
+  const auto range = [&](int axis) {  // rounded outwards
+    const auto [low, high] = std::minmax(shape.a[axis], shape.b[axis]);
+    const double from = std::clamp((low - margin - middle[axis]) * per_node + 7, 0.0, 8.0);
+    const double end = std::clamp((high + margin - middle[axis]) * per_node + 1, 0.0, 8.0);
+    return std::pair(static_cast<int>(from), static_cast<int>(end));
+  };
+  const auto [first_i, end_i] = range(0);
+  const auto [first_j, end_j] = range(1);
+  return {first_i, end_i, first_j, end_j};
+}
+
+void BlockRasteriser::evaluate(const Vec3& middle) {
+  constexpr float kFar = std::numeric_limits<float>::infinity();
+  values_.at.fill(kFar);
+  for (std::size_t i = 0; i < entries_.size();) {
+    const Entry& first = entries_[i];
+    if (first.kind == Kind::cone) {
+      lower_to_cone(entries_[i++], middle);
+    } else if (first.kind == Kind::cut) {
+      lower_to_cut_capsules(i, middle);
+    } else if (first.plane >= 0) {
+      const EndCap& cap = scene_.pieces_.caps()[static_cast<std::size_t>(first.plane)];
+      uncut_.at.fill(kFar);
+      lower_to_capsules(i, middle, uncut_);
+      kernels_.lower_to_larger(
+          uncut_, affine(cap.outward, middle - cap.centre, 0, scene_.voxel_size_), values_);
+    } else if (first.kind == Kind::strut) {
+      lower_to_struts(i, middle);
+    } else {
+      lower_to_capsules(i, middle, values_);
+    }
+  }
+}
+
+/// All that follow, and moves on beyond them.
+void BlockRasteriser::lower_to_struts(std::size_t& entry, const Vec3& middle) {
+  const double h = scene_.voxel_size_;
+  struts_.clear();
+  for (; entry < entries_.size() && entries_[entry].kind == Kind::strut; ++entry) {
+    const int piece = entries_[entry].piece;
+    const PreparedStrut& strut = scene_.pieces_.strut(piece);
+    const Vec3& sideways = scene_.shapes_[static_cast<std::size_t>(piece)].sideways;
+    const Vec3 from_a = middle - strut.a;
+    const Vec3 along = strut.normal.cross(sideways);
+    struts_.push_back({.sideways = affine(sideways, from_a, 0, h),
+                       .height = affine(strut.normal, from_a, 0, h),
+                       .past_b = affine(along, from_a, strut.length, h),
+                       .before_a = single(-along.dot(from_a)),
+                       .half_width = single(strut.half_width),
+                       .half_thickness = single(strut.half_thickness),
+                       .edge_radius = single(strut.edge_radius),
+                       .rows = rows_of(piece, middle)});
+  }
+  kernels_.lower_to_struts(struts_, values_);
+}
+
+void BlockRasteriser::lower_to_cone(const Entry& entry, const Vec3& middle) {
+  const PreparedSolid& pieces = scene_.pieces_;
+  const PreparedSegment& segment = pieces.segment(entry.piece);
+  const Vec3 corner = middle - Vec3::Constant(leaf_reach_.half);
+  LeafCone cone{.from_a = vector(corner - segment.a),
+                .axis = vector(segment.axis),
+                .length = segment.length,
+                .radius = segment.radius,
+                .sine = segment.sine,
+                .tangent = segment.tangent,
+                .flat = pieces.joints() == Joints::flat,
+                .caps = entry.caps,
+                .cap = {}};
+  for (std::size_t n = 0; n < static_cast<std::size_t>(entry.caps); ++n) {
+    const EndCap& cap = pieces.caps()[static_cast<std::size_t>(entry.cap[n])];
+    cone.cap[n] = {vector(corner - cap.centre), vector(cap.outward), cap.radius};
+  }
+  kernels_.lower_to_cone(cone, scene_.voxel_size_, values_);
+}
+
+/// All of the same kind, radius and plane that follow, and moves on beyond them.
+void BlockRasteriser::lower_to_capsules(std::size_t& entry, const Vec3& middle,
+                                        LeafValues& values) {
+  const Kind kind = entries_[entry].kind;
+  const double radius = entries_[entry].radius;
+  const int plane = entries_[entry].plane;
+  const auto belongs = [&](const Entry& e) {
+    return e.kind == kind && e.radius == radius && e.plane == plane;
+  };
+  capsules_.clear();
+  for (; entry < entries_.size() && belongs(entries_[entry]); ++entry)
+    capsules_.push_back(capsule_of(entries_[entry], middle));
+  (kind == Kind::thick ? kernels_.lower_to_thick : kernels_.lower_to_thin)(capsules_,
+                                                                           single(radius), values);
+}
+
+/// A thick capsule's coordinates follow its nearest point, so that single precision meets small
+/// numbers only: beyond an end they are those of the ball there.
+LeafCapsule BlockRasteriser::capsule_of(const Entry& entry, const Vec3& middle) const {
+  const double h = scene_.voxel_size_;
+  const Rasteriser::Shape& shape = scene_.shapes_[static_cast<std::size_t>(entry.piece)];
+  const bool is_thin = entry.kind == Kind::thin;
+  Vec3 across = shape.sideways;
+  Vec3 along = shape.length > 0 ? shape.axis : Vec3(across.unitOrthogonal());
+  Vec3 from_a = middle - shape.a;
+  double length = shape.length;
+  if (!is_thin) {
+    const bool is_past_b = leaf_reach_.least(from_a, along) >= length;
+    const bool is_before_a = leaf_reach_.least(-from_a, along) >= 0;
+    if (entry.kind == Kind::thick && (is_past_b || is_before_a)) {
+      if (is_past_b) from_a = middle - shape.b;
+      along = from_a.unitOrthogonal();
+      length = 0;
+    }
+    const Vec3 away = from_a - from_a.dot(along) * along;
+    if (away.norm() > h) across = away.normalized();
+  }
+  return {.across = affine(across, from_a, is_thin ? 0 : entry.radius, h),
+          .aside = affine(along.cross(across), from_a, 0, h),
+          .past_b = affine(along, from_a, length, h),
+          .before_a = single(-along.dot(from_a)),
+          .rows = is_thin ? rows_of(entry.piece, middle) : LeafRows{}};
+}
+
+/// All that follow, and moves on beyond them.
+void BlockRasteriser::lower_to_cut_capsules(std::size_t& entry, const Vec3& middle) {
+  const double h = scene_.voxel_size_;
+  cut_capsules_.clear();
+  for (; entry < entries_.size() && entries_[entry].kind == Kind::cut; ++entry) {
+    const Entry& e = entries_[entry];
+    const Rasteriser::Shape& shape = scene_.shapes_[static_cast<std::size_t>(e.piece)];
+    const EndCap& cap = scene_.pieces_.caps()[static_cast<std::size_t>(e.cap[0])];
+    const Vec3 from_centre = middle - cap.centre;
+    const Vec3 away = from_centre - from_centre.dot(cap.outward) * cap.outward;
+    const Vec3 across = away.norm() > h ? Vec3(away.normalized()) : cap.outward.unitOrthogonal();
+    cut_capsules_.push_back({.capsule = capsule_of(e, middle),
+                             .radius = single(e.radius),
+                             .length = single(shape.length),
+                             .beyond = affine(cap.outward, from_centre, 0, h),
+                             .across = affine(across, from_centre, cap.radius, h),
+                             .aside = affine(cap.outward.cross(across), from_centre, 0, h),
+                             .cap_radius = single(cap.radius),
+                             .cap_from_a = single((cap.centre - shape.a).dot(cap.outward)),
+                             .slope = single(shape.axis.dot(cap.outward))});
+  }
+  kernels_.lower_to_cut_capsules(cut_capsules_, values_);
+}
+
+}  // namespace vstent::sdf

@@ -1,0 +1,99 @@
+// The inner loops that fill a leaf of 8^3 nodes with distances, compiled once for any machine and
+// once for wide registers; both give the same bits. Coordinates are counted from the leaf's middle,
+// so that single precision keeps the distances to its own rounding wherever the solid lies.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+namespace vstent::sdf {
+
+constexpr int kLeafSide = 8;
+constexpr int kLeafNodes = 512;
+
+/// Node (i, j, k) of the leaf has index 64 i + 8 j + k.
+struct alignas(32) LeafValues {
+  std::array<float, kLeafNodes> at;
+};
+
+/// Bit 8 j + k of word i: |value| is below the band.
+using LeafMask = std::array<std::uint64_t, 8>;
+
+/// middle + (i - 3.5) x + (j - 3.5) y + (k - 3.5) z at node (i, j, k).
+struct Affine {
+  float middle = 0, x = 0, y = 0, z = 0;
+};
+
+/// The rows of nodes (i, j) that a piece's band can reach; the others are left as they are.
+struct LeafRows {
+  int first_i = 0, end_i = kLeafSide, first_j = 0, end_j = kLeafSide;
+};
+
+/// A capsule seen from a leaf, in coordinates along its axis and two across it. Of the capsules
+/// that are thick beside a leaf, `across` points away from the axis at the leaf's middle and counts
+/// from the capsule's side.
+struct LeafCapsule {
+  Affine across, aside;
+  Affine past_b;       ///< how far beyond b
+  float before_a = 0;  ///< how far before a, at the middle
+  LeafRows rows;
+};
+
+/// A strut's core seen from a leaf.
+struct LeafStrut {
+  Affine sideways, height;
+  Affine past_b;
+  float before_a = 0;
+  float half_width = 0, half_thickness = 0, edge_radius = 0;
+  LeafRows rows;
+};
+
+/// A capsule, thick beside the leaf, that is cut by a cap whose disc is as thick; coordinates from
+/// the cap along its outward direction and two across it, `across` from the disc's rim.
+struct LeafCutCapsule {
+  LeafCapsule capsule;
+  float radius = 0, length = 0;
+  Affine beyond, across, aside;
+  float cap_radius = 0;
+  float cap_from_a = 0;  ///< along the outward direction
+  float slope = 0;       ///< of the capsule's axis along the outward direction
+};
+
+struct LeafVector {
+  double x, y, z;
+};
+
+/// A round cone with up to two caps, or a flat-capped cylinder, relative to the leaf's first node.
+struct LeafCone {
+  struct Cap {
+    LeafVector from_centre, outward;
+    double radius;
+  };
+  LeafVector from_a, axis;
+  double length, radius, sine, tangent;
+  bool flat;
+  int caps;
+  std::array<Cap, 2> cap;
+};
+
+/// Each lowers the values to the least distance over the pieces it is given.
+struct LeafKernels {
+  void (*lower_to_thin)(std::span<const LeafCapsule>, float radius, LeafValues& values);
+  void (*lower_to_thick)(std::span<const LeafCapsule>, float radius, LeafValues& values);
+  void (*lower_to_struts)(std::span<const LeafStrut>, LeafValues& values);
+  void (*lower_to_cut_capsules)(std::span<const LeafCutCapsule>, LeafValues& values);
+  void (*lower_to_cone)(const LeafCone&, double voxel_size, LeafValues& values);
+  /// Uncut distances to pieces that end at a plane, all nodes being behind it.
+  void (*lower_to_larger)(const LeafValues& uncut, const Affine& beyond, LeafValues& values);
+  /// Copies the values, none beyond +-background, and marks those within it; is there any?
+  bool (*store)(const LeafValues& values, float background, float* leaf, LeafMask& active);
+};
+
+const LeafKernels& baseline_leaf_kernels();
+/// Null where the program was not built for, or does not run on, a machine with AVX2.
+const LeafKernels* avx2_leaf_kernels();
+/// The widest that this machine runs.
+const LeafKernels& leaf_kernels();
+
+}  // namespace vstent::sdf

@@ -1,0 +1,325 @@
+// Body of the leaf kernels: included by one .cpp per instruction set. Everything here has internal
+// linkage, so that code for wide registers cannot leak into other files.
+#include <immintrin.h>
+
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "sdf/leaf_kernels.hpp"
+
+namespace vstent::sdf {
+namespace {
+
+typedef float Wide __attribute__((vector_size(32), may_alias));
+
+constexpr Wide kRamp{-3.5f, -2.5f, -1.5f, -0.5f, 0.5f, 1.5f, 2.5f, 3.5f};
+constexpr int kRows = 64;
+
+inline Wide wide(float a) { return Wide{a, a, a, a, a, a, a, a}; }
+
+#ifdef __AVX2__
+inline Wide root(Wide a) { return (Wide)_mm256_sqrt_ps((__m256)a); }
+inline Wide smaller(Wide a, Wide b) { return (Wide)_mm256_min_ps((__m256)a, (__m256)b); }
+inline Wide larger(Wide a, Wide b) { return (Wide)_mm256_max_ps((__m256)a, (__m256)b); }
+inline std::uint64_t below(Wide a, Wide b) {
+  return static_cast<std::uint64_t>(
+      _mm256_movemask_ps(_mm256_cmp_ps((__m256)a, (__m256)b, _CMP_LT_OQ)));
+}
+#else
+struct Halves {
+  __m128 low, high;
+};
+inline Halves halves(Wide a) { return std::bit_cast<Halves>(a); }
+inline Wide root(Wide a) {
+  return std::bit_cast<Wide>(Halves{_mm_sqrt_ps(halves(a).low), _mm_sqrt_ps(halves(a).high)});
+}
+inline Wide smaller(Wide a, Wide b) {
+  return std::bit_cast<Wide>(
+      Halves{_mm_min_ps(halves(a).low, halves(b).low), _mm_min_ps(halves(a).high, halves(b).high)});
+}
+inline Wide larger(Wide a, Wide b) {
+  return std::bit_cast<Wide>(
+      Halves{_mm_max_ps(halves(a).low, halves(b).low), _mm_max_ps(halves(a).high, halves(b).high)});
+}
+inline std::uint64_t below(Wide a, Wide b) {
+  const int low = _mm_movemask_ps(_mm_cmplt_ps(halves(a).low, halves(b).low));
+  const int high = _mm_movemask_ps(_mm_cmplt_ps(halves(a).high, halves(b).high));
+  return static_cast<std::uint64_t>(low | high << 4);
+}
+#endif
+
+inline Wide absolute(Wide a) { return larger(a, -a); }
+
+inline Wide* rows(LeafValues& values) { return reinterpret_cast<Wide*>(values.at.data()); }
+inline const Wide* rows(const LeafValues& values) {
+  return reinterpret_cast<const Wide*>(values.at.data());
+}
+
+/// An affine function row by row: the nodes of a row differ in k.
+class Sweep {
+ public:
+  Sweep(const Affine& affine, float middle, float sign)
+      : along_z_(wide(sign * affine.z) * kRamp), middle_(middle), x_(sign * affine.x) {
+    for (int j = 0; j < kLeafSide; ++j) along_y_[j] = sign * affine.y * kRamp[j];
+  }
+  explicit Sweep(const Affine& affine) : Sweep(affine, affine.middle, 1) {}
+  void enter(int i) { plane_ = along_z_ + wide(middle_ + x_ * kRamp[i]); }
+  Wide row(int j) const { return plane_ + wide(along_y_[j]); }
+
+ private:
+  Wide along_z_, plane_{};
+  float along_y_[kLeafSide];
+  float middle_, x_;
+};
+
+/// How far beyond either end.
+class Overshoot {
+ public:
+  Overshoot(const Affine& past_b, float before_a)
+      : past_b_(past_b), before_a_(past_b, before_a, -1) {}
+  void enter(int i) { past_b_.enter(i), before_a_.enter(i); }
+  Wide row(int j) const { return larger(larger(past_b_.row(j), before_a_.row(j)), Wide{}); }
+
+ private:
+  Sweep past_b_, before_a_;
+};
+
+/// Visits the rows of a piece whose coordinates are swept along.
+template <class Visit, class... Sweeps>
+inline void for_each_row(const LeafRows& rows, Visit&& visit, Sweeps&... sweeps) {
+  for (int i = rows.first_i; i < rows.end_i; ++i) {
+    (sweeps.enter(i), ...);
+    for (int j = rows.first_j; j < rows.end_j; ++j) visit(8 * i + j, sweeps.row(j)...);
+  }
+}
+
+/// Lowers values to result_of(the least measure over the capsules), which grows with it.
+template <class Measure, class ResultOf>
+inline void lower_to_capsules(std::span<const LeafCapsule> capsules, const Measure& measure,
+                              const ResultOf& result_of, LeafValues& values) {
+  Wide least[kRows];
+  for (int row = 0; row < kRows; ++row) least[row] = wide(std::numeric_limits<float>::infinity());
+  for (const LeafCapsule& capsule : capsules) {
+    Sweep across(capsule.across), aside(capsule.aside);
+    Overshoot over(capsule.past_b, capsule.before_a);
+    for_each_row(
+        capsule.rows,
+        [&](int row, Wide a, Wide b, Wide c) {
+          least[row] = smaller(least[row], measure(a, b, c));
+        },
+        across, aside, over);
+  }
+  Wide* result = rows(values);
+  for (int row = 0; row < kRows; ++row) result[row] = smaller(result[row], result_of(least[row]));
+}
+
+void lower_to_thin(std::span<const LeafCapsule> capsules, float radius, LeafValues& values) {
+  const auto squared = [](Wide across, Wide aside, Wide over) {
+    return across * across + aside * aside + over * over;
+  };
+  lower_to_capsules(
+      capsules, squared, [&](Wide least) { return root(least) - wide(radius); }, values);
+}
+
+/// By the square of the distance from an axis less that of the radius, without the cancellation;
+/// `across` counts from the radius.
+class Thick {
+ public:
+  explicit Thick(float radius)
+      : radius_(wide(radius)), diameter_(wide(2 * radius)), square_(wide(radius * radius)) {}
+  Wide excess(Wide across, Wide aside, Wide over) const {
+    return across * (across + diameter_) + aside * aside + over * over;
+  }
+  Wide from_axis(Wide excess) const { return root(larger(excess + square_, Wide{})); }
+  Wide distance(Wide excess, Wide from_axis) const { return excess / (from_axis + radius_); }
+
+ private:
+  Wide radius_, diameter_, square_;
+};
+
+void lower_to_thick(std::span<const LeafCapsule> capsules, float radius, LeafValues& values) {
+  const Thick thick(radius);
+  lower_to_capsules(
+      capsules,
+      [&](Wide across, Wide aside, Wide over) { return thick.excess(across, aside, over); },
+      [&](Wide least) { return thick.distance(least, thick.from_axis(least)); }, values);
+}
+
+/// As for one point: behind the cap's plane; beyond it and beside the capsule, whose foot then lies
+/// behind the plane; beyond it before the disc.
+void lower_to_cut_capsules(std::span<const LeafCutCapsule> capsules, LeafValues& values) {
+  Wide* result = rows(values);
+  for (const LeafCutCapsule& cut : capsules) {
+    const Thick side(cut.radius), disc(cut.cap_radius);
+    const Wide length = wide(cut.length), slope = wide(cut.slope), from_a = wide(cut.cap_from_a);
+    Sweep across(cut.capsule.across), aside(cut.capsule.aside), past_b(cut.capsule.past_b);
+    Overshoot over(cut.capsule.past_b, cut.capsule.before_a);
+    Sweep beyond(cut.beyond), disc_across(cut.across), disc_aside(cut.aside);
+    for_each_row(
+        LeafRows{},
+        [&](int row, Wide a, Wide b, Wide past, Wide c, Wide z, Wide rim, Wide rim_aside) {
+          const Wide excess = side.excess(a, b, c), from_axis = side.from_axis(excess);
+          const Wide uncut = side.distance(excess, from_axis);
+          const Wide s = length + smaller(larger(past, -length), Wide{});
+          const Wide foot = z * from_axis - uncut * (z + from_a - s * slope);
+          const Wide rim_excess = disc.excess(rim, rim_aside, Wide{});
+          const Wide out = larger(disc.distance(rim_excess, disc.from_axis(rim_excess)), Wide{});
+          const Wide to_disc = root(out * out + z * z);
+          const Wide before_disc = foot <= Wide{} ? (uncut > Wide{} ? uncut : to_disc) : to_disc;
+          const Wide distance = z <= Wide{} ? larger(uncut, z) : before_disc;
+          result[row] = smaller(result[row], distance);
+        },
+        across, aside, past_b, over, beyond, disc_across, disc_aside);
+  }
+}
+
+void lower_to_struts(std::span<const LeafStrut> struts, LeafValues& values) {
+  Wide* result = rows(values);
+  for (const LeafStrut& strut : struts) {
+    Sweep sideways(strut.sideways), height(strut.height);
+    Overshoot over(strut.past_b, strut.before_a);
+    for_each_row(
+        strut.rows,
+        [&](int row, Wide lateral, Wide high, Wide beyond) {
+          const Wide side = root(lateral * lateral + beyond * beyond) - wide(strut.half_width);
+          const Wide face = absolute(high) - wide(strut.half_thickness);
+          const Wide side_out = larger(side, Wide{}), face_out = larger(face, Wide{});
+          const Wide outside = root(side_out * side_out + face_out * face_out);
+          const Wide inside = smaller(larger(side, face), Wide{});
+          result[row] = smaller(result[row], outside + inside - wide(strut.edge_radius));
+        },
+        sideways, height, over);
+  }
+}
+
+inline double dot(const LeafVector& a, const LeafVector& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+/// sqrt(a^2 + b^2) of numbers far from the limits of their range.
+inline double norm(double a, double b) { return std::sqrt(a * a + b * b); }
+
+/// One node's distance to a round cone, and what its caps ask for: the foot's direction.
+struct ConeSample {
+  double distance, from_foot, s;
+};
+
+inline ConeSample sample_cone(const LeafCone& cone, double px, double py, double pz) {
+  const LeafVector& u = cone.axis;
+  const double t = px * u.x + py * u.y + pz * u.z;
+  const double ox = px - t * u.x, oy = py - t * u.y, oz = pz - t * u.z;
+  const double squared_rho = ox * ox + oy * oy + oz * oz;
+  double s = t - std::sqrt(squared_rho) * cone.tangent;
+  s = s < 0 ? 0 : s;
+  s = s > cone.length ? cone.length : s;
+  const double e = t - s;
+  const double from_foot = std::sqrt(squared_rho + e * e);
+  return {from_foot - cone.radius + s * cone.sine, from_foot, s};
+}
+
+/// The same cases as for one point, without branches: behind the cap's plane, beyond it beside the
+/// cone, beyond it before the disc.
+inline double cut_by(const LeafCone::Cap& cap, const ConeSample& uncut, double axial, double p_out,
+                     double cx, double cy, double cz) {
+  const LeafVector& n = cap.outward;
+  const double z = cx * n.x + cy * n.y + cz * n.z;
+  const double behind = uncut.distance > z ? uncut.distance : z;
+  // The foot lies behind the plane: z - distance * (gradient . outward) <= 0.
+  const double scaled = z * uncut.from_foot - uncut.distance * (p_out - uncut.s * axial);
+  const bool beside = (uncut.distance > 0) & (scaled <= 0);
+  const double ox = cx - z * n.x, oy = cy - z * n.y, oz = cz - z * n.z;
+  const double excess = std::sqrt(ox * ox + oy * oy + oz * oz) - cap.radius;
+  const double to_disc = norm(excess > 0 ? excess : 0, z);
+  const double beyond = beside ? uncut.distance : to_disc;
+  return z <= 0 ? behind : beyond;
+}
+
+inline double cylinder(const LeafCone& cone, double px, double py, double pz) {
+  const LeafVector& u = cone.axis;
+  const double t = px * u.x + py * u.y + pz * u.z;
+  const double ox = px - t * u.x, oy = py - t * u.y, oz = pz - t * u.z;
+  const double dr = std::sqrt(ox * ox + oy * oy + oz * oz) - cone.radius;
+  const double dz = std::abs(t - 0.5 * cone.length) - 0.5 * cone.length;
+  const double inside = dr > dz ? dr : dz;
+  const double outside = norm(dr > 0 ? dr : 0, dz > 0 ? dz : 0);
+  return inside <= 0 ? inside : outside;
+}
+
+template <class Distance>
+inline void lower(LeafValues& values, double h, Distance&& distance) {
+  for (int i = 0; i < kLeafSide; ++i) {
+    for (int j = 0; j < kLeafSide; ++j) {
+      float* row = values.at.data() + 64 * i + 8 * j;
+      for (int k = 0; k < kLeafSide; ++k) {
+        const auto d = static_cast<float>(distance(h * i, h * j, h * k));
+        row[k] = d < row[k] ? d : row[k];
+      }
+    }
+  }
+}
+
+void lower_to_cone(const LeafCone& cone, double h, LeafValues& values) {
+  const double px = cone.from_a.x, py = cone.from_a.y, pz = cone.from_a.z;
+  if (cone.flat) {
+    lower(values, h,
+          [&](double x, double y, double z) { return cylinder(cone, px + x, py + y, pz + z); });
+    return;
+  }
+  if (cone.caps == 0) {
+    lower(values, h, [&](double x, double y, double z) {
+      return sample_cone(cone, px + x, py + y, pz + z).distance;
+    });
+    return;
+  }
+  const auto cut = [&](const LeafCone::Cap& cap, double x, double y, double z) {
+    const LeafVector& n = cap.outward;
+    const ConeSample uncut = sample_cone(cone, px + x, py + y, pz + z);
+    const double p_out = (px + x) * n.x + (py + y) * n.y + (pz + z) * n.z;
+    return cut_by(cap, uncut, dot(cone.axis, n), p_out, cap.from_centre.x + x,
+                  cap.from_centre.y + y, cap.from_centre.z + z);
+  };
+  if (cone.caps == 1) {
+    lower(values, h, [&](double x, double y, double z) { return cut(cone.cap[0], x, y, z); });
+    return;
+  }
+  lower(values, h, [&](double x, double y, double z) {
+    const double start = cut(cone.cap[0], x, y, z), end = cut(cone.cap[1], x, y, z);
+    return start > end ? start : end;
+  });
+}
+
+void lower_to_larger(const LeafValues& uncut, const Affine& beyond, LeafValues& values) {
+  const Wide* distance = rows(uncut);
+  Wide* result = rows(values);
+  Sweep plane(beyond);
+  for_each_row(
+      LeafRows{},
+      [&](int row, Wide z) { result[row] = smaller(result[row], larger(distance[row], z)); },
+      plane);
+}
+
+bool store(const LeafValues& values, float background, float* leaf, LeafMask& active) {
+  const Wide limit = wide(background);
+  const Wide* from = rows(values);
+  std::uint64_t any = 0;
+  for (std::size_t i = 0; i < kLeafSide; ++i) {
+    std::uint64_t word = 0;
+    for (std::size_t j = 0; j < kLeafSide; ++j) {
+      const Wide value = from[8 * i + j];
+      const Wide kept = smaller(larger(value, -limit), limit);
+      __builtin_memcpy(leaf + 64 * i + 8 * j, &kept, sizeof kept);
+      word |= below(absolute(value), limit) << (8 * j);
+    }
+    active[i] = word;
+    any |= word;
+  }
+  return any != 0;
+}
+
+constexpr LeafKernels kTable{
+    lower_to_thin,   lower_to_thick, lower_to_struts, lower_to_cut_capsules, lower_to_cone,
+    lower_to_larger, store};
+
+}  // namespace
+}  // namespace vstent::sdf
