@@ -8,6 +8,8 @@ namespace vstent::apps {
 void add_deploy(CLI::App& app);
 void add_check(CLI::App& app);
 void add_centerline(CLI::App& app);
+void add_designs(CLI::App& app);
+void add_stent(CLI::App& app);
 void add_demo(CLI::App& app);
 
 /// Printed wherever a person meets results.

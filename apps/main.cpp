@@ -25,11 +25,15 @@ int run(int argc, char** argv) {
       "  vstent deploy case.json -o OUT\n"
       "  vstent check wall.stl --units mm\n"
       "  vstent centerline wall.stl --units mm -o cl.vtp\n"
+      "  vstent designs\n"
+      "  vstent stent xience_s --diameter 3mm -o stent.stl\n"
       "  vstent demo -o demo\n"
       "`vstent SUBCOMMAND --help` says more.");
   vstent::apps::add_deploy(app);
   vstent::apps::add_check(app);
   vstent::apps::add_centerline(app);
+  vstent::apps::add_designs(app);
+  vstent::apps::add_stent(app);
   vstent::apps::add_demo(app);
   try {
     app.parse(argc, argv);

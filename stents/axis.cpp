@@ -84,6 +84,17 @@ Polyline straightened(const Polyline& axis, double strength) {
   return aligned(result, axis);
 }
 
+double largest_curvature(const Polyline& axis) {
+  double largest = 0;
+  for (std::size_t i = 1; i + 1 < axis.size(); ++i) {
+    const Vec3 a = axis[i] - axis[i - 1];
+    const Vec3 b = axis[i + 1] - axis[i];
+    const double turn = std::atan2(a.cross(b).norm(), a.dot(b));
+    largest = std::max(largest, 2 * turn / (a.norm() + b.norm()));
+  }
+  return largest;
+}
+
 double end_tangent_angle(const Polyline& axis) {
   const std::size_t n = axis.size();
   const Vec3 first = axis[1] - axis[0];

@@ -23,6 +23,9 @@ std::vector<Frame> rotation_minimising_frames(const Polyline& axis);
 /// vessel no more than it must. \pre strength in [0, 1]; at least two points, none repeated
 Polyline straightened(const Polyline& axis, double strength);
 
+/// The largest curvature (1/mm) at an inner point: the turn over half of both its segments.
+double largest_curvature(const Polyline& axis);
+
 /// Angle (rad) between the directions at the two ends.
 double end_tangent_angle(const Polyline& axis);
 
