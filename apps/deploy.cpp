@@ -14,7 +14,7 @@ using nlohmann::json;
 
 struct Arguments {
   std::string input, out = "vstent-out";
-  std::string units, at, length, diameter, cell, centerline, shape, wall;
+  std::string units, at, length, diameter, design, cell, centerline, shape, wall;
   double straightening = -1;
   int save_steps = -1;
   RunOptions run;
@@ -67,14 +67,15 @@ deployment::Case case_from_options(const Arguments& a) {
       throw Error(ExitCode::usage, fail_text(option, std::string("is missing: ") + what));
   };
   require(a.units, "--units", "the surface's length unit, mm, cm or m");
-  require(a.length, "--length", "the stent's length, such as 30mm");
+  if (a.design.empty()) require(a.length, "--length", "the stent's length, such as 30mm");
   require(a.diameter, "--diameter", "the lumen diameter to reach, such as 11mm, or auto");
   json specification;
   specification["vessel"] = {{"surface", a.input}, {"units", a.units}};
   if (!a.centerline.empty()) specification["vessel"]["centerline"] = a.centerline;
   specification["stent"] = {{"at", location(a.at.empty() ? "lesion" : a.at)},
-                            {"length", a.length},
                             {"diameter", a.diameter}};
+  if (!a.design.empty()) specification["stent"]["design"] = a.design;
+  if (!a.length.empty()) specification["stent"]["length"] = a.length;
   if (!a.cell.empty()) specification["stent"]["cell"] = a.cell;
   if (!a.shape.empty()) specification["stent"]["shape"] = a.shape;
   if (a.straightening >= 0) specification["stent"]["straightening"] = a.straightening;
@@ -86,9 +87,9 @@ deployment::Case case_from_options(const Arguments& a) {
 void run(const Arguments& a) {
   a.threads.apply();
   const bool case_file = std::filesystem::path(a.input).extension() == ".json";
-  if (case_file &&
-      !(a.units + a.at + a.length + a.diameter + a.cell + a.centerline + a.shape + a.wall)
-           .empty()) {
+  if (case_file && !(a.units + a.at + a.length + a.diameter + a.design + a.cell + a.centerline +
+                     a.shape + a.wall)
+                        .empty()) {
     throw Error(
         ExitCode::usage,
         fail_text(a.input, "a case file says everything itself; leave the stent's options out"));
@@ -112,7 +113,13 @@ void add_deploy(CLI::App& app) {
   command->add_option(
       "--at", a->at,
       "x,y,z in the surface's unit | lesion | branch:arc-length (2:12mm); default lesion");
-  command->add_option("--length", a->length, "Stent length with unit (30mm)");
+  command->add_option("--design", a->design,
+                      "A stent of struts: a name from `vstent designs`, or a design file (.json); "
+                      "default: a smooth tube");
+  command->add_option(
+      "--length", a->length,
+      "Stent length with unit (30mm); with --design, at nominal diameter, rounded to "
+      "whole rings");
   command->add_option("--diameter", a->diameter,
                       "Lumen diameter to reach with unit (11mm), or auto");
   command->add_option("--cell", a->cell,
@@ -138,8 +145,10 @@ void add_deploy(CLI::App& app) {
       "OUT\n"
       "  vstent deploy graft.vtp --units cm --at lesion --length 3cm --diameter auto --cell closed "
       "-o OUT\n"
+      "  vstent deploy coronary.stl --units mm --at lesion --design element --diameter 3mm -o OUT\n"
       "  vstent deploy OUT/case.json -o AGAIN        the same bytes again\n"
-      "OUT holds stented.vtp, stent.vtp, stent.vdb, centerline.vtp, case.json, metrics.json, "
+      "OUT holds stented.vtp, stent.vtp, stent.vdb, struts.vtp (with --design), centerline.vtp, "
+      "case.json, metrics.json, "
       "history.csv, stages.png.");
   command->callback([a] { run(*a); });
 }

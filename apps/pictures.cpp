@@ -148,9 +148,8 @@ void scale_bar(vtkRenderer* renderer, const View& view) {
 }
 
 TriangleMesh stent_surface(const deployment::Setup& setup, const deployment::StentState& state) {
-  const sdf::Solid tube = sdf::make_tube(state.axis, state.radii,
-                                         setup.specification.shape == deployment::Shape::capsule);
-  return sdf::voxelise(tube, {*setup.specification.voxel_size, 3}).surface();
+  return sdf::voxelise(deployment::solid_of(setup, state), {*setup.specification.voxel_size, 3})
+      .surface();
 }
 
 }  // namespace
@@ -169,7 +168,7 @@ void draw_stages(const deployment::Setup& setup, const deployment::Outcome& outc
   wall[2].points = outcome.positions;
   const deployment::StentState stent[kPanels] = {deployment::stent_state(setup, 0),
                                                  deployment::stent_state(setup, 0.5),
-                                                 {outcome.axis, outcome.radii}};
+                                                 deployment::stent_state(setup, 1)};
   const char* const titles[kPanels] = {"before", "midway", "after"};
 
   const View view = view_of(setup);

@@ -37,7 +37,8 @@ struct Case {
   Location at = Lesion{};
   std::optional<int>
       towards;  ///< last branch of the way that the stent follows; default: the widest
-  double length = 0;
+  std::string design;  ///< preset or design file, absolute; empty: a smooth tube
+  double length = 0;   ///< at nominal diameter; 0: the design's own
   std::optional<double>
       diameter;  ///< nothing: auto, the smaller reference lumen (paper, section 3.1)
   double distal_diameter = 0, flare_diameter = 0, flare_length = 0;  ///< 0: none
@@ -52,6 +53,8 @@ struct Case {
   std::optional<double> contact_distance;   ///< d_c of eq. 3
   std::optional<double> contact_stiffness;  ///< N/mm per vertex; nothing: rigid
   std::optional<double> patch_margin;       ///< wall that may move beyond the stent
+  std::optional<double> patch_edge_length;  ///< that the stented wall is refined to, for struts
+  bool keep_refined = true;                 ///< or give the result on the input's own vertices
   std::optional<double> voxel_size;
   std::optional<double> growth_per_step;
   std::optional<int> iterations;

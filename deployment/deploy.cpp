@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "stents/axis.hpp"
+#include "deployment/strut_contacts.hpp"
 #include "vessels/error.hpp"
 #include "vessels/text.hpp"
 
@@ -17,17 +17,6 @@ using vessels::number;
 constexpr xpbd::UniformStiffness kPaperWall{0.1, 0.1};
 // While settling the wall moves so little that contacts found once serve several iterations.
 constexpr int kSettlingIterations = 10;
-
-/// The stent as a solid, its surface drawn `inset` (mm) inside the outer radius: contact at that
-/// distance puts the wall on the outer surface over the whole length, and rounds its edge just
-/// beyond the ends.
-sdf::Solid solid_of(const StentState& state, Shape shape, double inset) {
-  std::vector<double> radii(state.radii);
-  for (double& r : radii) r -= inset;
-  sdf::Solid solid = sdf::make_tube(state.axis, radii, shape == Shape::capsule);
-  if (shape == Shape::paper) solid.joints = sdf::Joints::flat;
-  return solid;
-}
 
 xpbd::Sheet make_wall(const Setup& setup, const std::vector<Vec3>& points) {
   const Case& c = setup.specification;
@@ -49,24 +38,6 @@ void require_numbers(std::span<const Vec3> positions, const vessels::Region& reg
 }
 
 }  // namespace
-
-StentState stent_state(const Setup& setup, double expansion) {
-  const Placement& p = setup.placement;
-  StentState state;
-  state.axis = stents::straightened(p.axis, expansion * *setup.specification.straightening);
-  state.radii = stents::expanded_radii(setup.stent, p.arc, setup.start_radius, expansion);
-  return state;
-}
-
-int growth_steps(const Setup& setup) {
-  double travel = 0;
-  const StentState start = stent_state(setup, 0);
-  const StentState end = stent_state(setup, 1);
-  for (std::size_t i = 0; i < start.axis.size(); ++i) {
-    travel = std::max(travel, end.radii[i] - start.radii[i] + (end.axis[i] - start.axis[i]).norm());
-  }
-  return std::max(1, static_cast<int>(std::ceil(travel / *setup.specification.growth_per_step)));
-}
 
 std::vector<xpbd::Contact> find_contacts(const sdf::LevelSet& stent,
                                          std::span<const Vec3> positions,
@@ -94,68 +65,132 @@ std::vector<xpbd::Contact> find_contacts(const sdf::LevelSet& stent,
   return contacts;
 }
 
+namespace {
+
+/// The stent as the wall meets it: its distance field at the present size, and the contacts found
+/// with it.
+class StentContact {
+ public:
+  explicit StentContact(const Setup& setup) : setup_(setup) {
+    const Case& c = setup.specification;
+    if (setup.design) {
+      const stents::CrossSection& strut = setup.design_specification.section;
+      const double half = 0.5 * std::min(strut.width, strut.thickness);
+      struts_.emplace(setup.region.triangles, setup.region.pinned,
+                      StrutContactOptions{.depth = 1.5 * strut.thickness + *c.growth_per_step,
+                                          .reach = half,
+                                          .push = half,
+                                          .spacing = 0.5 * half,
+                                          .support = strut.width});
+    } else {
+      contact_distance_ = *c.contact_distance;
+      reach_ = 3 * *c.growth_per_step;
+      stiffness_ = c.contact_stiffness.value_or(0);
+      // Under soft contact the wall rests inside the stent, the deeper the softer it is.
+      if (stiffness_ > 0) sink_ = 0.25 * setup.stent.diameter / 2;
+    }
+  }
+
+  /// A growing stent needs no finer field than its steps: `voxels` counts the case's own per voxel.
+  void set(StentState state, int voxels) {
+    const double voxel = voxels * *setup_.specification.voxel_size;
+    // Nodal gradients see 2.45 voxels around a point; the wall may enter by the growth of a step
+    // and leave by the reach. Over struts the field is only followed from above.
+    const double half_width =
+        setup_.design ? 5 : (contact_distance_ + 2 * reach_ + sink_) / voxel + 3.5;
+    if (setup_.design) {
+      moved_ = state_.struts ? largest_move(*state_.struts, *state.struts)
+                             : std::numeric_limits<double>::infinity();
+      envelope_radius_ = state.radii;
+      // Straight struts of rigid rings poke out of a bent envelope, by less than this.
+      for (double& r : envelope_radius_) r += 0.1 * r;
+    }
+    field_ = sdf::voxelise(solid_of(setup_, state, contact_distance_), {voxel, half_width});
+    state_ = std::move(state);
+  }
+
+  void find(std::span<const Vec3> positions) {
+    if (struts_) {
+      struts_->update(*field_, {state_.axis, envelope_radius_}, positions,
+                      std::exchange(moved_, 0.0));
+    } else {
+      contacts_ = find_contacts(*field_, positions, setup_.region.pinned, contact_distance_, reach_,
+                                stiffness_);
+    }
+  }
+
+  std::span<const xpbd::Contact> vertices() const { return contacts_; }
+  std::span<const xpbd::SpanContact> spans() const {
+    return struts_ ? struts_->contacts() : std::span<const xpbd::SpanContact>();
+  }
+  const StentState& state() const { return state_; }
+
+  /// mm: how far the wall may move in an iteration without losing its contacts.
+  double step_limit() const {
+    return struts_ ? *setup_.specification.growth_per_step : 0.5 * contact_distance_;
+  }
+
+ private:
+  const Setup& setup_;
+  StentState state_;
+  std::optional<sdf::LevelSet> field_;
+  std::optional<StrutContacts> struts_;
+  std::vector<double> envelope_radius_;
+  double moved_ = 0;
+  double contact_distance_ = 0, reach_ = 0, stiffness_ = 0, sink_ = 0;
+  std::vector<xpbd::Contact> contacts_;
+};
+
+}  // namespace
+
 Outcome deploy(const Setup& setup, const Observer& observe) {
   const Case& c = setup.specification;
   const vessels::Region& region = setup.region;
-  const double contact_distance = *c.contact_distance;
-  const double reach = 3 * *c.growth_per_step;
-  const double stiffness = c.contact_stiffness.value_or(0);
-  // Under soft contact the wall rests inside the stent, the deeper the softer it is.
-  const double sink = stiffness > 0 ? 0.25 * setup.stent.diameter / 2 : 0;
-  // Nodal gradients see 2.45 voxels around a point; the wall may enter by the growth of a step and
-  // leave by the reach. A growing stent needs no finer field than its steps.
-  const auto field = [&](const StentState& stent, double voxel) {
-    const sdf::VoxelOptions voxels{voxel, (contact_distance + 2 * reach + sink) / voxel + 3.5};
-    return sdf::voxelise(solid_of(stent, c.shape, contact_distance), voxels);
-  };
-
   std::vector<Vec3> points;
   for (const int v : region.vertices)
     points.push_back(setup.surface.mesh.points[static_cast<std::size_t>(v)]);
   xpbd::Sheet wall = make_wall(setup, points);
   const double kappa =
       1.0;  // k dt^2/m; with kept multipliers and two sweeps or more this stays stable
+  StentContact stent(setup);
   xpbd::StepOptions growing;
   growing.iterations = *c.iterations;
-  growing.velocity_limit = 0.5 * contact_distance;
-  growing.adaptive_damping = true;
+  growing.velocity_limit = stent.step_limit();
+  // Thin struts kick what they lift; without inertia and kept forces it stays where it was lifted
+  // to.
+  growing.adaptive_damping = growing.keep_multipliers = !setup.design;
+  growing.damping = setup.design ? 1 : 0;
   xpbd::scale_masses(wall, growing.time_step, kappa);
   xpbd::RelaxOptions settling;
   settling.step = 1.3;
-  settling.largest_move = 0.5 * contact_distance;
-  settling.contact_tolerance = 1e-3 * contact_distance;
+  settling.largest_move = stent.step_limit();
+  settling.contact_tolerance = 2e-3 * stent.step_limit();
   xpbd::Solver solver(wall);
 
   Outcome outcome;
   const int growth = growth_steps(setup);
-  StentState state;
-  sdf::LevelSet level_set = field(stent_state(setup, 0), 2 * *c.voxel_size);
   for (int step = 1; step <= growth + *c.max_settling_steps && !outcome.converged; ++step) {
     StepRecord record;
     record.step = step;
     record.settling = step > growth;
     record.expansion = std::min(1.0, static_cast<double>(step) / growth);
-    if (!record.settling) {
-      state = stent_state(setup, record.expansion);
-      level_set = field(state, (step < growth ? 2 : 1) * *c.voxel_size);
-    }
-    const auto contacts = find_contacts(level_set, solver.positions(), region.pinned,
-                                        contact_distance, reach, stiffness);
+    if (!record.settling) stent.set(stent_state(setup, record.expansion), step < growth ? 2 : 1);
+    stent.find(solver.positions());
     xpbd::ForceBalance balance;
     if (record.settling) {
       for (int i = 0; i < kSettlingIterations; ++i) {
-        const xpbd::RelaxReport report = solver.relax(contacts, settling);
+        const xpbd::RelaxReport report = solver.relax(stent.vertices(), settling, stent.spans());
         record.largest_move = std::max(record.largest_move, report.largest_move);
         balance = report.balance;
       }
       outcome.converged = balance.relative <= *c.tolerance;
     } else {
-      record.largest_move = solver.step(contacts, growing).largest_move;
-      balance = solver.balance(contacts, settling.contact_tolerance);
+      record.largest_move = solver.step(stent.vertices(), growing, stent.spans()).largest_move;
+      balance = solver.balance(stent.vertices(), settling.contact_tolerance);
     }
     require_numbers(solver.positions(), region, step);
-    record.radius = state.radii.front();
-    record.straightening = record.expansion * *c.straightening;
+    record.radius = stent.state().radii.front();
+    record.straightening = stent.state().straightening;
     record.contacts = balance.in_contact;
     record.residual = balance.relative;
     record.contact_force = balance.contact_force_sum;
@@ -173,9 +208,10 @@ Outcome deploy(const Setup& setup, const Observer& observe) {
     outcome.positions[v] = solver.positions()[i];
     outcome.moved[v] = 1;
   }
-  outcome.axis = state.axis;
-  outcome.radii = state.radii;
-  outcome.stent = solid_of(state, c.shape, 0);
+  outcome.axis = stent.state().axis;
+  outcome.radii = stent.state().radii;
+  outcome.stent = solid_of(setup, stent.state());
+  outcome.struts = stent.state().struts;
   outcome.contact_force = outcome.history.empty() ? 0 : outcome.history.back().contact_force;
   return outcome;
 }

@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "deployment/setup.hpp"
+#include "deployment/stent_model.hpp"
 #include "sdf/level_set.hpp"
 #include "xpbd/solver.hpp"
 
@@ -28,7 +28,8 @@ struct Outcome {
   std::vector<char> moved;      ///< per mesh vertex: belongs to the patch that may move
   Polyline axis;                ///< of the stent, final
   std::vector<double> radii;    ///< outer, per axis point, mm
-  sdf::Solid stent;             ///< its outer surface
+  sdf::Solid stent;             ///< its outer surface, or its struts
+  std::optional<stents::PlacedStent> struts;
   std::vector<StepRecord> history;
   bool converged = false;
   double contact_force = 0;  ///< N, sum over the vertices in contact
@@ -37,16 +38,6 @@ struct Outcome {
 /// Called after every step with the record and the vertices of the patch; a false return stops the
 /// run.
 using Observer = std::function<bool(const StepRecord&, std::span<const Vec3> patch_positions)>;
-
-/// The stent at a share of its expansion: its axis, partly straightened, and its outer radii there.
-struct StentState {
-  Polyline axis;
-  std::vector<double> radii;
-};
-StentState stent_state(const Setup& setup, double expansion);
-
-/// Steps in which the stent grows: none may move its surface by more than growth_per_step.
-int growth_steps(const Setup& setup);
 
 /// Contacts of the points that may come within `reach` (mm) of the distance `contact_distance` from
 /// the level set. \throws Error (numerical) for a point deeper inside than the level set's band

@@ -170,6 +170,7 @@ ordered_json to_json(const Metrics& m) {
                     {"openings_before", m.openings_before},
                     {"openings_after", m.openings_after},
                     {"non_manifold_edges_after", m.non_manifold_edges_after}};
+  if (m.struts) result["struts"] = to_json(*m.struts);
   ordered_json stations = ordered_json::array();
   for (const Station& station : m.stations) {
     stations.push_back({{"arc_length_mm", station.arc_length},

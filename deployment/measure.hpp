@@ -4,6 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 
+#include "deployment/strut_metrics.hpp"
 #include "sdf/solid.hpp"
 #include "vessels/sections.hpp"
 #include "vessels/surface.hpp"
@@ -46,6 +47,7 @@ struct Metrics {
   bool closed_before = false, closed_after = false;
   std::size_t openings_before = 0, openings_after = 0;
   std::size_t non_manifold_edges_after = 0;
+  std::optional<StrutMetrics> struts;  ///< nothing for a smooth tube
 };
 
 /// \throws Error (geometry) when the two surfaces do not have the same vertices and triangles

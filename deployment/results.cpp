@@ -1,5 +1,6 @@
 #include "deployment/results.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -59,18 +60,73 @@ vessels::Fields displacement_field(const std::vector<Vec3>& before,
   return {{"Displacement", std::move(displacement)}};
 }
 
-Comparison comparison_for(const Setup& setup, const Outcome& outcome) {
+/// The result on the vertices it is handed on with: those of the simulation, or the input's own.
+struct Handover {
+  const vessels::Surface& surface;
+  std::vector<Vec3> positions;
+  std::vector<char> moved;
+};
+
+Handover handover(const Setup& setup, const Outcome& outcome) {
+  if (!setup.unrefined || setup.specification.keep_refined)
+    return {setup.surface, outcome.positions, outcome.moved};
+  // Refining appends: the input's vertices come first.
+  const auto count = static_cast<std::ptrdiff_t>(setup.unrefined->mesh.points.size());
+  return {*setup.unrefined,
+          {outcome.positions.begin(), outcome.positions.begin() + count},
+          {outcome.moved.begin(), outcome.moved.begin() + count}};
+}
+
+Comparison comparison_for(const Setup& setup, const Outcome& outcome, const Handover& result) {
   Comparison comparison;
   comparison.axis_before = setup.placement.axis;
   comparison.axis_after = outcome.axis;
   for (const double r : outcome.radii) comparison.target.push_back(2 * r);
   comparison.reference_diameter = setup.placement.reference_diameter;
   comparison.stent = outcome.stent;
-  comparison.movable = outcome.moved;
-  comparison.patch_triangles.assign(setup.surface.mesh.triangles.size(), 0);
-  for (const int t : setup.region.triangle_ids)
-    comparison.patch_triangles[static_cast<std::size_t>(t)] = 1;
+  comparison.movable = result.moved;
+  for (const Triangle& t : result.surface.mesh.triangles) {
+    comparison.patch_triangles.push_back(std::any_of(
+        t.begin(), t.end(), [&](int v) { return result.moved[static_cast<std::size_t>(v)] != 0; }));
+  }
   return comparison;
+}
+
+void write_strut_lines(const Setup& setup, const stents::PlacedStent& struts,
+                       const fs::path& path) {
+  std::vector<Polyline> lines;
+  std::vector<double> radii;
+  std::map<std::string, std::vector<int>> arrays;
+  for (const stents::PlacedMember& member : struts.members) {
+    Polyline& line = lines.emplace_back(member.points);
+    if (member.closed) line.push_back(line.front());
+    radii.resize(radii.size() + line.size(), 0.5 * struts.section.width);
+    arrays["Kind"].push_back(static_cast<int>(member.kind));
+    arrays["Ring"].push_back(member.ring);
+  }
+  vessels::write_polylines(lines, {{"Radius", radii}}, arrays, path,
+                           1 / vessels::millimetres_per(setup.surface.unit));
+}
+
+nlohmann::ordered_json design_json(const Setup& setup, const Outcome& outcome) {
+  const stents::Specification& specification = setup.design_specification;
+  const double crimped_length =
+      setup.design->expanded(setup.design->limits().crimped_diameter).length;
+  const double length = outcome.axis.empty() ? 0 : setup.placement.arc.back();
+  nlohmann::ordered_json json;
+  json["name"] = specification.name;
+  json["family"] = stents::family(specification);
+  json["length_mm"] = length;
+  json["nominal_length_mm"] = setup.specification.length;
+  json["crimped_length_mm"] = crimped_length;
+  json["foreshortening_percent"] = 100 * (1 - length / crimped_length);
+  json["largest_diameter_mm"] = setup.design->limits().largest_diameter;
+  json["balloon_diameter_for_recoil_mm"] =
+      *setup.specification.diameter / (1 - specification.recoil);
+  json["largest_strut_strain"] = outcome.struts->largest_strut_strain;
+  json["largest_connector_strain"] = outcome.struts->largest_connector_strain;
+  json["overlapping_rings"] = outcome.struts->overlapping_rings;
+  return json;
 }
 
 }  // namespace
@@ -87,7 +143,7 @@ void StepSaver::save(const StepRecord& record, std::span<const Vec3> patch_posit
   vessels::write_surface(setup_.surface, positions, moved,
                          stage_ / "steps" / step_name("wall", record.step));
   const StentState state = stent_state(setup_, record.expansion);
-  write_stent_surface(setup_, stent_level_set(setup_, sdf::make_tube(state.axis, state.radii)),
+  write_stent_surface(setup_, stent_level_set(setup_, solid_of(setup_, state)),
                       stage_ / "steps" / step_name("stent", record.step));
   steps_.push_back(record.step);
 }
@@ -108,9 +164,10 @@ void StepSaver::write_list() const {
 }
 
 Metrics write_results(const Setup& setup, const Outcome& outcome, const fs::path& stage) {
-  const vessels::Surface& surface = setup.surface;
-  vessels::write_surface(surface, outcome.positions, outcome.moved, stage / "stented.vtp",
-                         displacement_field(surface.mesh.points, outcome.positions));
+  const Handover result = handover(setup, outcome);
+  const vessels::Surface& surface = result.surface;
+  vessels::write_surface(surface, result.positions, result.moved, stage / "stented.vtp",
+                         displacement_field(surface.mesh.points, result.positions));
   const sdf::LevelSet level_set = stent_level_set(setup, outcome.stent);
   try {
     level_set.write(stage / "stent.vdb", "stent");
@@ -118,13 +175,20 @@ Metrics write_results(const Setup& setup, const Outcome& outcome, const fs::path
     throw Error(ExitCode::output, std::string("stent.vdb: ") + error.what());
   }
   write_stent_surface(setup, level_set, stage / "stent.vtp");
+  if (outcome.struts) write_strut_lines(setup, *outcome.struts, stage / "struts.vtp");
   vessels::write_centerline(setup.centerline, surface.unit, stage / "centerline.vtp");
   vessels::write_whole(stage / "case.json", to_json(setup.specification).dump(2) + "\n");
   vessels::write_whole(stage / "history.csv", history_csv(outcome.history));
 
   const vessels::Surface written = vessels::read_surface(stage / "stented.vtp", surface.unit);
-  const Metrics metrics = measure(surface, written, comparison_for(setup, outcome));
+  const Comparison comparison = comparison_for(setup, outcome, result);
+  Metrics metrics = measure(surface, written, comparison);
+  if (outcome.struts) {
+    metrics.struts = measure_struts(written.mesh, comparison.patch_triangles, *outcome.struts,
+                                    outcome.stent, {outcome.axis, outcome.radii});
+  }
   nlohmann::ordered_json json = to_json(metrics);
+  if (setup.design) json["design"] = design_json(setup, outcome);
   json["simulation"] = {
       {"converged", outcome.converged},
       {"steps", outcome.history.empty() ? 0 : outcome.history.back().step},

@@ -3,11 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
+#include "deployment/design_file.hpp"
+#include "deployment/stent_model.hpp"
 #include "sdf/mesh_distance.hpp"
 #include "sdf/polyline.hpp"
 #include "vessels/error.hpp"
 #include "vessels/lumen_ends.hpp"
+#include "vessels/refine.hpp"
 #include "vessels/sections.hpp"
 #include "vessels/text.hpp"
 
@@ -105,17 +109,6 @@ CenterlinePath choose_way(const Case& c, const vessels::Centerline& centerline, 
                                    std::to_string(*c.towards));
 }
 
-double largest_curvature(const Polyline& axis) {
-  double largest = 0;
-  for (std::size_t i = 1; i + 1 < axis.size(); ++i) {
-    const Vec3 a = axis[i] - axis[i - 1];
-    const Vec3 b = axis[i + 1] - axis[i];
-    const double turn = std::atan2(a.cross(b).norm(), a.dot(b));
-    largest = std::max(largest, 2 * turn / (a.norm() + b.norm()));
-  }
-  return largest;
-}
-
 /// Largest equivalent diameter of a landing zone of the way; nothing where no section is closed and
 /// free of branches.
 std::optional<double> landing_diameter(const vessels::Sectioner& sections,
@@ -148,6 +141,32 @@ double reference_diameter(const vessels::Sectioner& sections, const CenterlinePa
   return before ? *before : behind.value_or(0);
 }
 
+stents::SmoothTube final_dimensions(const Case& c, double length) {
+  return {length, *c.diameter, c.distal_diameter, c.flare_diameter, c.flare_length};
+}
+
+/// Length (mm) at the final diameter: a design's follows from it.
+double deployed_length(const Setup& setup) {
+  const Case& c = setup.specification;
+  if (!setup.design) return c.length;
+  return expanded_pattern(*setup.design, final_dimensions(c, c.length), 0, 1).length;
+}
+
+/// Counts out the design's rings, cells or wires, and fills in its length.
+void choose_design(Setup& setup) {
+  Case& c = setup.specification;
+  if (c.design.empty()) return;
+  setup.design_specification = find_design(c.design);
+  try {
+    setup.design = stents::make_design(setup.design_specification,
+                                       c.length > 0 ? std::optional(c.length) : std::nullopt);
+  } catch (const std::invalid_argument& impossible) {
+    throw Error(ExitCode::usage, c.design + ": " + impossible.what());
+  }
+  c.length = setup.design->expanded(setup.design->limits().nominal_diameter).length;
+  c.cell = setup.design->cell();
+}
+
 void place_stent(Setup& setup) {
   Case& c = setup.specification;
   Placement& p = setup.placement;
@@ -160,14 +179,15 @@ void place_stent(Setup& setup) {
   c.towards = p.way.branch_of_point.back();
   p.centre = nearest_place(p.way.points, p.way.arc_length, centre).arc_length;
   const double total = p.way.arc_length.back();
-  const double from = p.centre - 0.5 * c.length;
-  const double to = p.centre + 0.5 * c.length;
+  double length = c.diameter ? deployed_length(setup) : c.length;
+  const double from = p.centre - 0.5 * length;
+  const double to = p.centre + 0.5 * length;
   if (from < 0 || to > total) {
     const bool inlet = from < 0;
     infeasible(c, "the stent reaches " + mm(inlet ? -from : to - total) + " over the vessel's " +
                       (inlet ? "inlet" : "outlet") + ": its middle lies " +
                       mm(inlet ? p.centre : total - p.centre) + " from it, half its length is " +
-                      mm(0.5 * c.length) + "; move it or take a shorter one");
+                      mm(0.5 * length) + "; move it or take a shorter one");
   }
   // The rim beyond the stent is held, so the wall needs some length to come down from the stent to
   // it.
@@ -190,10 +210,15 @@ void place_stent(Setup& setup) {
     }
     c.diameter = p.reference_diameter;
   }
-  setup.stent = {c.length, *c.diameter, c.distal_diameter, c.flare_diameter, c.flare_length};
+  length = deployed_length(setup);
+  setup.stent = final_dimensions(c, length);
 
   const double radius = 0.5 * *c.diameter;
-  const double pad = 3 * radius;
+  const double crimped_length =
+      setup.design ? setup.design->expanded(setup.design->limits().crimped_diameter).length
+                   : length;
+  const double overhang = std::max(0.0, 0.5 * (crimped_length - length));
+  const double pad = 3 * radius + overhang;
   const double clip_from = std::max(0.0, from - pad);
   const double clip_to = std::min(total, to + pad);
   const Polyline raw = resample(p.way.points, clip_from, clip_to, radius / 20);
@@ -201,14 +226,18 @@ void place_stent(Setup& setup) {
   const std::vector<double> smoothed_arc = arc_lengths(smoothed);
   const double middle = nearest_place(smoothed, smoothed_arc, centre).arc_length;
   const double start =
-      std::clamp(middle - 0.5 * c.length, 0.0, std::max(0.0, smoothed_arc.back() - c.length));
-  const double curvature = largest_curvature(smoothed);
+      std::clamp(middle - 0.5 * length, 0.0, std::max(0.0, smoothed_arc.back() - length));
+  const double curvature = stents::largest_curvature(smoothed);
   // Chords of a curve of curvature k stray s^2 k / 8 from it; a thousandth of the radius is not
   // felt by the wall.
   const double spacing =
       std::min(radius / 10, curvature > 0 ? std::sqrt(8 * 1e-3 * radius / curvature) : radius);
-  p.axis = resample(smoothed, start, start + c.length, spacing);
+  p.axis = resample(smoothed, start, start + length, spacing);
   p.arc = arc_lengths(p.axis);
+  const double long_start = std::max(0.0, start - overhang);
+  const double long_end = std::min(smoothed_arc.back(), start + length + overhang);
+  p.long_axis = resample(smoothed, long_start, long_end, spacing);
+  p.long_middle = start + 0.5 * length - long_start;
   const double widest = std::max({*c.diameter, c.distal_diameter, c.flare_diameter}) / 2;
   if (curvature * widest >= 1) {
     infeasible(
@@ -262,9 +291,8 @@ void judge_target(Setup& setup) {
   }
 }
 
-void derive_numbers(Setup& setup) {
+void derive_wall(Setup& setup) {
   Case& c = setup.specification;
-  const Placement& p = setup.placement;
   const double radius = 0.5 * *c.diameter;
   if (!c.straightening) c.straightening = c.cell == stents::Cell::closed ? 1.0 : 0.0;
   if (!c.paper_wall) {
@@ -280,6 +308,13 @@ void derive_numbers(Setup& setup) {
     const double boundary_layer = std::sqrt(radius * thickness) / std::pow(3 * (1 - nu * nu), 0.25);
     c.patch_margin = std::max(4 * boundary_layer, 2 * radius) * (1 + *c.straightening);
   }
+  const Placement& p = setup.placement;
+  setup.start_radius = 0.95 * *std::min_element(p.wall_distance.begin(), p.wall_distance.end());
+}
+
+void find_patch(Setup& setup) {
+  const Case& c = setup.specification;
+  const Placement& p = setup.placement;
   const vessels::LumenEnds ends = vessels::find_lumen_ends(setup.surface);
   std::vector<double> reach(p.axis.size());
   for (std::size_t i = 0; i < reach.size(); ++i) {
@@ -291,17 +326,93 @@ void derive_numbers(Setup& setup) {
   } catch (const std::invalid_argument& nothing) {
     infeasible(c, std::string(nothing.what()) + "; does the stent lie in the vessel?");
   }
-  if (setup.region.meets_opening) {
-    setup.warnings.push_back("the patch that may move (margin " + mm(*c.patch_margin) +
-                             ") is cut short by an open rim or a cap; the wall there is held");
+}
+
+/// Cuts the triangles that struts may touch down to the patch's edge length, and finds the patch
+/// again on them.
+void refine_for_struts(Setup& setup) {
+  Case& c = setup.specification;
+  const Placement& p = setup.placement;
+  const stents::CrossSection& strut = setup.design_specification.section;
+  const double length = p.arc.back();
+  if (!c.patch_edge_length) {
+    c.patch_edge_length = strut.width;
+    // Bisected triangles with edges up to e cover about e^2 / 4 each, two to a vertex.
+    constexpr double kMostVertices = 250'000;
+    const double area = std::numbers::pi * *c.diameter * length;
+    const double finest = std::sqrt(2 * area / kMostVertices);
+    if (*c.patch_edge_length < finest) {
+      setup.warnings.push_back("the wall is refined to edges of " + mm(finest) +
+                               ", not to the strut width of " + mm(strut.width) +
+                               ", which would take more than " + number(kMostVertices) +
+                               " vertices; /patch/edge_length sets it");
+      c.patch_edge_length = finest;
+    }
   }
+  const double edge = *c.patch_edge_length;
+  std::vector<char> in_patch(setup.surface.mesh.triangles.size(), 0);
+  for (const int t : setup.region.triangle_ids) in_patch[static_cast<std::size_t>(t)] = 1;
+  const double margin = 2 * strut.width;
+  const auto limit = [&](int triangle, const Vec3& x) {
+    constexpr double kAny = std::numeric_limits<double>::infinity();
+    if (!in_patch[static_cast<std::size_t>(triangle)]) return kAny;
+    const PolylinePlace place = nearest_place(p.axis, p.arc, x);
+    const double radius = stents::outer_radius(setup.stent, place.arc_length) + margin;
+    return place.squared_distance <= radius * radius ? edge : kAny;
+  };
+  constexpr std::size_t kVertexLimit = 3'000'000;
+  vessels::Surface refined = vessels::refine(setup.surface, limit, kVertexLimit);
+  if (refined.mesh.points.size() == setup.surface.mesh.points.size()) return;
+  setup.unrefined = std::exchange(setup.surface, std::move(refined));
+  find_patch(setup);
+}
+
+void warn_of_cut_patch(Setup& setup) {
+  if (!setup.region.meets_opening) return;
+  setup.warnings.push_back("the patch that may move (margin " +
+                           mm(*setup.specification.patch_margin) +
+                           ") is cut short by an open rim or a cap; the wall there is held");
+}
+
+void derive_solver(Setup& setup) {
+  Case& c = setup.specification;
+  if (!c.iterations) c.iterations = 4;
+  if (!c.tolerance) c.tolerance = 1e-3;
+  if (!c.max_settling_steps) c.max_settling_steps = 20000;
+}
+
+/// A strut of half thickness r: voxels of r/2 (half of r for the field's curvature), steps of r/2
+/// so that none crosses a strut.
+void derive_strut_numerics(Setup& setup) {
+  Case& c = setup.specification;
+  const stents::CrossSection& strut = setup.design_specification.section;
+  const double half = 0.5 * std::min(strut.width, strut.thickness);
+  if (!c.growth_per_step) c.growth_per_step = 0.5 * half;
+  if (!c.voxel_size) c.voxel_size = 0.5 * half;
+  if (*c.voxel_size > half) {
+    throw Error(ExitCode::usage, c.surface.string() +
+                                     ": /level_set/voxel_size: " + mm(*c.voxel_size) +
+                                     " is coarser than half the thickness of a strut, " + mm(half));
+  }
+  if (*c.growth_per_step > half) {
+    throw Error(ExitCode::usage, c.surface.string() +
+                                     ": /solver/growth_per_step: " + mm(*c.growth_per_step) +
+                                     " is more than half the thickness of a strut, " + mm(half) +
+                                     ", and could carry the wall through it");
+  }
+  derive_solver(setup);
+  warn_of_cut_patch(setup);
+}
+
+void derive_numerics(Setup& setup) {
+  Case& c = setup.specification;
+  const double radius = 0.5 * *c.diameter;
+  warn_of_cut_patch(setup);
   const double edge = setup.region.median_edge;
   if (!c.contact_distance) c.contact_distance = std::min(0.5 * edge, 0.1 * radius);
   if (!c.growth_per_step) c.growth_per_step = std::min(0.15 * edge, 0.5 * *c.contact_distance);
   if (!c.voxel_size) c.voxel_size = std::min(radius / 25, *c.contact_distance);
-  if (!c.iterations) c.iterations = 4;
-  if (!c.tolerance) c.tolerance = 1e-3;
-  if (!c.max_settling_steps) c.max_settling_steps = 20000;
+  derive_solver(setup);
   if (*c.voxel_size > radius / 4) {
     throw Error(ExitCode::usage,
                 c.surface.string() + ": /level_set/voxel_size: " + mm(*c.voxel_size) +
@@ -312,8 +423,6 @@ void derive_numbers(Setup& setup) {
                                      ": /contact/distance: " + mm(*c.contact_distance) +
                                      " must be below half the stent's radius, " + mm(radius / 2));
   }
-  const double narrowest = *std::min_element(p.wall_distance.begin(), p.wall_distance.end());
-  setup.start_radius = 0.95 * narrowest;
   if (setup.start_radius <= *c.contact_distance) {
     c.contact_distance = 0.5 * setup.start_radius;
     c.growth_per_step = std::min(*c.growth_per_step, 0.5 * *c.contact_distance);
@@ -341,9 +450,17 @@ Setup prepare(Case specification) {
     setup.centerline = vessels::read_centerline(c.centerline, c.unit);
     vessels::fill_radii(setup.centerline, setup.surface);
   }
+  choose_design(setup);
   place_stent(setup);
   judge_target(setup);
-  derive_numbers(setup);
+  derive_wall(setup);
+  find_patch(setup);
+  if (setup.design) {
+    refine_for_struts(setup);
+    derive_strut_numerics(setup);
+  } else {
+    derive_numerics(setup);
+  }
   return setup;
 }
 

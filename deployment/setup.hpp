@@ -3,6 +3,8 @@
 #pragma once
 
 #include "deployment/case.hpp"
+#include "stents/place.hpp"
+#include "stents/specification.hpp"
 #include "vessels/centerline.hpp"
 #include "vessels/check.hpp"
 #include "vessels/region.hpp"
@@ -15,7 +17,11 @@ struct Placement {
   vessels::CenterlinePath way;  ///< inlet to leaf, through the stented place
   double centre = 0;            ///< arc length of the stent's middle along `way`
   Polyline axis;  ///< the stent's own axis, proximal to distal, evenly spaced, before straightening
-  std::vector<double> arc;            ///< arc length along `axis`
+  std::vector<double> arc;  ///< arc length along `axis`
+  /// For struts, which are longer while they are crimped: the axis as far as they ever reach within
+  /// the vessel, and the arc length of the stent's middle on it.
+  Polyline long_axis;
+  double long_middle = 0;
   std::vector<double> wall_distance;  ///< from each axis point to the nearest wall
   double reference_diameter =
       0;  ///< smaller reference lumen of the two landing zones; 0 when neither can be measured
@@ -30,8 +36,11 @@ struct Setup {
   vessels::Centerline centerline;
   Placement placement;
   vessels::Region region;
-  stents::SmoothTube stent;  ///< nominal, outer
-  double start_radius = 0;   ///< inside the narrowest lumen
+  stents::SmoothTube stent;  ///< its final outer dimensions
+  stents::Specification design_specification;
+  std::shared_ptr<const stents::Design> design;  ///< null: a smooth tube
+  std::optional<vessels::Surface> unrefined;  ///< as read, where `surface` was refined for struts
+  double start_radius = 0;                    ///< inside the narrowest lumen
   std::vector<std::string> warnings;
 };
 

@@ -1,0 +1,113 @@
+#include "deployment/stent_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "deployment/strut_solid.hpp"
+#include "sdf/polyline.hpp"
+#include "vessels/error.hpp"
+
+namespace vstent::deployment {
+namespace {
+
+StentState tube_state(const Setup& setup, double expansion) {
+  const Placement& p = setup.placement;
+  StentState state;
+  state.straightening = expansion * *setup.specification.straightening;
+  state.axis = stents::straightened(p.axis, state.straightening);
+  state.radii = stents::expanded_radii(setup.stent, p.arc, setup.start_radius, expansion);
+  return state;
+}
+
+StentState strut_state(const Setup& setup, double expansion) {
+  const Placement& p = setup.placement;
+  const stents::Pattern pattern =
+      expanded_pattern(*setup.design, setup.stent, setup.start_radius, expansion);
+  const bool closed = setup.design->cell() == stents::Cell::closed;
+  StentState state;
+  state.straightening = expansion * *setup.specification.straightening;
+  if (closed) {
+    // What the cells cannot follow by shearing, the vessel must give: conform, then straighten.
+    const double native = stents::largest_curvature(p.long_axis);
+    const double tightest = stents::tightest_bend(pattern);
+    if (native * tightest * (1 - state.straightening) >= 0.99)
+      state.straightening = 1 - 0.98 / (native * tightest);
+  }
+  const Vec3 normal = stents::rotation_minimising_frames(p.long_axis).front().normal;
+  const stents::AxisWithFrames axis =
+      stents::with_frames(stents::straightened(p.long_axis, state.straightening), normal);
+  const double start = p.long_middle - 0.5 * pattern.length;
+  try {
+    state.struts = stents::place(
+        pattern, axis, start, closed ? stents::Bending::conforming : stents::Bending::rigid_rings);
+  } catch (const std::invalid_argument& infeasible) {
+    throw Error(ExitCode::geometry,
+                setup.specification.surface.string() + ": " + infeasible.what());
+  }
+  for (const double s : p.arc) {
+    const double share = s / p.arc.back();
+    state.axis.push_back(point_at(axis.points, axis.arc, start + share * pattern.length));
+    const double nominal = stents::outer_radius(setup.stent, share * setup.stent.length);
+    state.radii.push_back(setup.start_radius + expansion * (nominal - setup.start_radius));
+  }
+  return state;
+}
+
+}  // namespace
+
+stents::Pattern expanded_pattern(const stents::Design& design, const stents::SmoothTube& tube,
+                                 double start_radius, double expansion) {
+  try {
+    return design.expanded([&](double share) {
+      return start_radius +
+             expansion * (stents::outer_radius(tube, share * tube.length) - start_radius);
+    });
+  } catch (const std::invalid_argument& beyond) {
+    throw Error(ExitCode::usage, std::string("the stent's design: ") + beyond.what());
+  }
+}
+
+StentState stent_state(const Setup& setup, double expansion) {
+  return setup.design ? strut_state(setup, expansion) : tube_state(setup, expansion);
+}
+
+sdf::Solid solid_of(const Setup& setup, const StentState& state, double inset) {
+  if (state.struts) return strut_solid(*state.struts);
+  std::vector<double> radii(state.radii);
+  for (double& r : radii) r -= inset;
+  const Shape shape = setup.specification.shape;
+  sdf::Solid solid = sdf::make_tube(state.axis, radii, shape == Shape::capsule);
+  if (shape == Shape::paper) solid.joints = sdf::Joints::flat;
+  return solid;
+}
+
+int growth_steps(const Setup& setup) {
+  double travel = 0;
+  const StentState start = stent_state(setup, 0);
+  const StentState end = stent_state(setup, 1);
+  const std::vector<Vec3> along = tangents(end.axis);
+  for (std::size_t i = 0; i < start.axis.size(); ++i) {
+    Vec3 move = end.axis[i] - start.axis[i];
+    // As a design shortens it slides along the wall; only what lifts the wall counts.
+    if (setup.design) move -= move.dot(along[i]) * along[i];
+    travel = std::max(travel, end.radii[i] - start.radii[i] + move.norm());
+  }
+  return std::max(1, static_cast<int>(std::ceil(travel / *setup.specification.growth_per_step)));
+}
+
+double largest_move(const stents::PlacedStent& from, const stents::PlacedStent& to) {
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
+  if (from.members.size() != to.members.size()) return kUnknown;
+  double largest = 0;
+  for (std::size_t m = 0; m < from.members.size(); ++m) {
+    const Polyline& a = from.members[m].points;
+    const Polyline& b = to.members[m].points;
+    if (a.size() != b.size()) return kUnknown;
+    for (std::size_t i = 0; i < a.size(); ++i)
+      largest = std::max(largest, (a[i] - b[i]).squaredNorm());
+  }
+  return std::sqrt(largest);
+}
+
+}  // namespace vstent::deployment

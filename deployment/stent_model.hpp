@@ -1,0 +1,40 @@
+// The stent of a case on its way from crimped to its final size: where it is, and what is
+// voxelised.
+#pragma once
+
+#include <optional>
+
+#include "deployment/setup.hpp"
+#include "sdf/solid.hpp"
+
+namespace vstent::deployment {
+
+/// The stent at a share of its expansion.
+struct StentState {
+  Polyline axis;  ///< from end to end, partly straightened; as many points as Placement::axis
+  std::vector<double> radii;                  ///< outer, there, mm
+  std::optional<stents::PlacedStent> struts;  ///< nothing for a smooth tube
+  double straightening = 0;                   ///< share of the axis's turns that is taken out
+};
+
+/// \throws Error (geometry) a bend that the design cannot follow
+StentState stent_state(const Setup& setup, double expansion);
+
+/// Its metal, drawn `inset` (mm) inside a smooth tube's outer radius: contact at that distance puts
+/// the wall on the outer surface over the whole length, and rounds its edge just beyond the ends.
+/// Struts are drawn as they are.
+sdf::Solid solid_of(const Setup& setup, const StentState& state, double inset = 0);
+
+/// Steps in which the stent grows: none may move its surface by more than growth_per_step.
+int growth_steps(const Setup& setup);
+
+/// The most (mm) that a point of the struts moves from one state to the other; infinity where they
+/// are not drawn by the same points.
+double largest_move(const stents::PlacedStent& from, const stents::PlacedStent& to);
+
+/// The straight stent of this design with the nominal outer radii of `tube`, or on the way to it
+/// from `start_radius` (mm) everywhere. \throws Error (usage) beyond the design's limits
+stents::Pattern expanded_pattern(const stents::Design& design, const stents::SmoothTube& tube,
+                                 double start_radius, double expansion);
+
+}  // namespace vstent::deployment
