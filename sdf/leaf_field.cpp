@@ -2,6 +2,8 @@
 
 #include <xmmintrin.h>
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 
@@ -22,10 +24,9 @@ Row load(const float* nodes) {
 
 Row mix(Row f, Row a, Row b) { return a + f * (b - a); }
 
-/// A row whose first kBefore nodes end one leaf and whose others begin the next.
+/// A row whose first kBefore nodes end one leaf's and whose others begin the next one's.
 template <int kBefore>
-Row load(const float* low, const float* high, int k) {
-  if constexpr (kBefore == 4) return load(low + k);
+Row load(const float* low, const float* high) {
   return __builtin_shuffle(load(low + 4), load(high),
                            RowPick{4 - kBefore, 5 - kBefore, 6 - kBefore, 7 - kBefore});
 }
@@ -82,15 +83,26 @@ struct LeafCursor::Stencil {
   Row rows[4][4];
 
   template <int kBefore>
-  void gather(const std::array<const float*, 8>& leaves, int i0, int j0, int k0) {
+  void gather(const Place& place) {
+    const auto [first_i, first_j, first_k] = place.first;
+    std::array<std::ptrdiff_t, 4> leaf_of{},
+        row_of{};  // points differ in these too irregularly to branch
+    for (int j = 0; j < 4; ++j) {
+      leaf_of[static_cast<std::size_t>(j)] = (first_j + j) >> 3 << 1;
+      row_of[static_cast<std::size_t>(j)] = ((first_j + j) & 7) << 3;
+    }
     for (int i = 0; i < 4; ++i) {
-      const int leaf_i = (i0 + i) >> 3, place_i = ((i0 + i) & 7) << 6;
-      for (int j = 0; j < 4; ++j) {
+      const float* const* leaves = place.leaves.data() + ((first_i + i) >> 3 << 2);
+      const std::ptrdiff_t plane = ((first_i + i) & 7) << 6;
+      for (std::size_t j = 0; j < 4; ++j) {
         if ((i == 0 || i == 3) && (j == 0 || j == 3)) continue;
-        const int leaf = leaf_i << 2 | ((j0 + j) >> 3) << 1;
-        const int place = place_i | ((j0 + j) & 7) << 3;
-        rows[i][j] = load<kBefore>(leaves[static_cast<std::size_t>(leaf)] + place,
-                                   leaves[static_cast<std::size_t>(leaf) + 1] + place, k0);
+        const std::ptrdiff_t at = plane + row_of[j];
+        const float* const* row = leaves + leaf_of[j];
+        if constexpr (kBefore == 4) {
+          rows[i][j] = load(row[0] + at + first_k);
+        } else {
+          rows[i][j] = load<kBefore>(row[0] + at, row[1] + at);
+        }
       }
     }
   }
@@ -159,42 +171,75 @@ const float* LeafCursor::find(int i, int j, int k) {
   return (*page_)[LeafDirectory::place(i, j, k)];
 }
 
-void LeafCursor::move_to(int i, int j, int k) {
-  if (leaves_[0] && i == i_ && j == j_ && k == k_) return;
-  i_ = i, j_ = j, k_ = k;
-  for (int n = 0; n < 8; ++n)
+void LeafCursor::move_to(int i, int j, int k, unsigned wanted) {
+  if (found_ == 0 || i != i_ || j != j_ || k != k_) {
+    i_ = i, j_ = j, k_ = k;
+    found_ = 0;
+    leaves_.fill(field_.leaves.outside_->data());
+  }
+  for (unsigned missing = wanted & ~found_; missing != 0; missing &= missing - 1) {
+    const int n = std::countr_zero(missing);
     leaves_[static_cast<std::size_t>(n)] = find(i + (n >> 2), j + (n >> 1 & 1), k + (n & 1));
+  }
+  found_ |= wanted;
+}
+
+LeafCursor::Place LeafCursor::place_of(const Vec3& x) {
+  const Vec3 index = (x - field_.origin) / field_.voxel_size;
+  constexpr double kLargestIndex = 1 << 30;
+  if (!((index.array().abs() < kLargestIndex).all()))
+    return {.leaves = {}, .first = {}, .fraction = {}, .is_far = true};
+  Place place;
+  place.is_far = false;
+  const Cell cx = cell_of(index.x()), cy = cell_of(index.y()), cz = cell_of(index.z());
+  const int i = cx.node - 1, j = cy.node - 1, k = cz.node - 1;
+  place.first = {i & 7, j & 7, k & 7};
+  place.fraction = {cx.fraction, cy.fraction, cz.fraction};
+  const auto reaches_on = [&](std::size_t axis) { return place.first[axis] > 4 ? 1u : 0u; };
+  unsigned wanted = 1;
+  wanted |= wanted << reaches_on(2);
+  wanted |= wanted << 2 * reaches_on(1);
+  wanted |= wanted << 4 * reaches_on(0);
+  move_to(i >> 3, j >> 3, k >> 3, wanted);
+  place.leaves = leaves_;
+  return place;
+}
+
+/// A row of nodes is half a cache line, and four of them lie in three lines at most.
+void LeafCursor::Place::prefetch() const {
+  for (int i = first[0]; i < first[0] + 4; ++i) {
+    for (const int j : {first[1], first[1] + 2, first[1] + 3}) {
+      const auto leaf = static_cast<std::size_t>((i >> 3) << 2 | (j >> 3) << 1);
+      const int row = (i & 7) << 6 | (j & 7) << 3;
+      _mm_prefetch(leaves[leaf] + row, _MM_HINT_T0);
+      if (first[2] > 4) _mm_prefetch(leaves[leaf + 1] + row, _MM_HINT_T0);
+    }
+  }
 }
 
 template <class Interpolate>
-Sample LeafCursor::sample(const Vec3& x, Interpolate&& interpolate) {
+Sample LeafCursor::sample(const Place& place, Interpolate&& interpolate) const {
   const auto beyond = [](float background) {
     return Sample{static_cast<double>(background), Vec3::Zero()};
   };
-  const Vec3 index = (x - field_.origin) / field_.voxel_size;
-  constexpr double kLargestIndex = 1 << 30;
-  if (!((index.array().abs() < kLargestIndex).all())) return beyond(field_.outside);
-  const Cell cx = cell_of(index.x()), cy = cell_of(index.y()), cz = cell_of(index.z());
-  const int i = cx.node - 1, j = cy.node - 1, k = cz.node - 1;
-  move_to(i >> 3, j >> 3, k >> 3);
+  if (place.is_far) return beyond(field_.outside);
   Stencil stencil;
-  const int k0 = k & 7;
-  switch (k0) {
+  switch (place.first[2]) {
     case 5:
-      stencil.gather<3>(leaves_, i & 7, j & 7, k0);
+      stencil.gather<3>(place);
       break;
     case 6:
-      stencil.gather<2>(leaves_, i & 7, j & 7, k0);
+      stencil.gather<2>(place);
       break;
     case 7:
-      stencil.gather<1>(leaves_, i & 7, j & 7, k0);
+      stencil.gather<1>(place);
       break;
     default:
-      stencil.gather<4>(leaves_, i & 7, j & 7, k0);
+      stencil.gather<4>(place);
   }
   if (!stencil.is_within(field_.inside, field_.outside))
     return beyond(stencil.rows[1][1][1] < 0 ? field_.inside : field_.outside);
-  const Sample sample = interpolate(stencil, {cx.fraction, cy.fraction, cz.fraction});
+  const Sample sample = interpolate(stencil, place.fraction);
   if (sample.distance >= static_cast<double>(field_.outside) - field_.voxel_size)
     return beyond(field_.outside);
   if (sample.distance <= static_cast<double>(field_.inside) + field_.voxel_size)
@@ -203,13 +248,34 @@ Sample LeafCursor::sample(const Vec3& x, Interpolate&& interpolate) {
 }
 
 Sample LeafCursor::sample(const Vec3& x) {
-  return sample(x, [](const Stencil& stencil, const std::array<double, 3>& fraction) {
+  return sample(place_of(x), [](const Stencil& stencil, const std::array<double, 3>& fraction) {
     return stencil.interpolate(fraction);
   });
 }
 
+void LeafCursor::sample(std::span<const Vec3> points, std::span<Sample> samples) {
+  constexpr std::size_t kAtOnce = 16;
+  std::array<Place, kAtOnce> places;
+  const float* last = nullptr;
+  for (std::size_t begin = 0; begin < points.size(); begin += kAtOnce) {
+    const std::size_t count = std::min(kAtOnce, points.size() - begin);
+    for (std::size_t n = 0; n < count; ++n) {
+      places[n] = place_of(points[begin + n]);
+      if (places[n].is_far || places[n].leaves[0] == last) continue;
+      last = places[n].leaves[0];
+      places[n].prefetch();
+    }
+    for (std::size_t n = 0; n < count; ++n) {
+      samples[begin + n] =
+          sample(places[n], [](const Stencil& stencil, const std::array<double, 3>& fraction) {
+            return stencil.interpolate(fraction);
+          });
+    }
+  }
+}
+
 Sample LeafCursor::sample_closely(const Vec3& x) {
-  return sample(x, [](const Stencil& stencil, const std::array<double, 3>& fraction) {
+  return sample(place_of(x), [](const Stencil& stencil, const std::array<double, 3>& fraction) {
     Sample sample = stencil.interpolate(fraction);
     sample.distance -= stencil.bend(fraction);
     return sample;

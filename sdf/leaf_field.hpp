@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "sdf/index_table.hpp"
@@ -55,19 +56,31 @@ class LeafCursor {
   explicit LeafCursor(const LeafField& field) : field_(field) {}
   /// As LevelSet::sample.
   Sample sample(const Vec3& x);
+  /// The same bits: finds and fetches the nodes of several points before it looks at any.
+  void sample(std::span<const Vec3> points, std::span<Sample> samples);
   /// With a value of third order where the field is smooth: less the bend along each axis that
   /// linear interpolation leaves out.
   Sample sample_closely(const Vec3& x);
 
  private:
   struct Stencil;
+  /// Where the 4^3 nodes around a point are.
+  struct Place {
+    std::array<const float*, 8> leaves;  // k fastest; some may hold none of them
+    std::array<int, 3> first;            // node in the first leaf
+    std::array<double, 3> fraction;      // of the way from the second node to the third
+    bool is_far;                         // beyond what can be indexed
+    void prefetch() const;
+  };
   template <class Interpolate>
-  Sample sample(const Vec3& x, Interpolate&& interpolate);
-  void move_to(int i, int j, int k);
+  Sample sample(const Place& place, Interpolate&& interpolate) const;
+  Place place_of(const Vec3& x);
+  void move_to(int i, int j, int k, unsigned wanted);
   const float* find(int i, int j, int k);
 
   const LeafField& field_;
   std::array<const float*, 8> leaves_{};  // from (i, j, k) on, k fastest
+  unsigned found_ = 0;                    // which of them
   int i_ = 0, j_ = 0, k_ = 0;
   IndexTable::Index page_index_{};
   const LeafDirectory::Page* page_ = nullptr;

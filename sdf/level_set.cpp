@@ -299,9 +299,9 @@ Sample LevelSet::sample(const Vec3& x) const {
 void LevelSet::sample(std::span<const Vec3> points, std::span<Sample> samples) const {
   assert(points.size() == samples.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size(), 512), [&](const auto& range) {
-    LeafCursor cursor(implementation_->field);
-    for (std::size_t i = range.begin(); i != range.end(); ++i)
-      samples[i] = cursor.sample(points[i]);
+    LeafCursor(implementation_->field)
+        .sample(points.subspan(range.begin(), range.size()),
+                samples.subspan(range.begin(), range.size()));
   });
 }
 
