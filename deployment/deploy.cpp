@@ -15,6 +15,8 @@ using vessels::number;
 // The paper's constants are in centimetres and grams; a spring of 1e5 g/s^2 is 1e5 dyn/cm = 0.1
 // N/mm, and a hinge of 1e3 g cm^2/s^2 = 1e3 erg is 0.1 N mm.
 constexpr xpbd::UniformStiffness kPaperWall{0.1, 0.1};
+// Of a growth step: the most that a strut at rest lifts the wall between two searches for contacts.
+constexpr double kGentle = 0.1;
 // While settling the wall moves so little that contacts found once serve several iterations.
 constexpr int kSettlingIterations = 10;
 
@@ -22,7 +24,10 @@ xpbd::Sheet make_wall(const Setup& setup, const std::vector<Vec3>& points) {
   const Case& c = setup.specification;
   const vessels::Region& region = setup.region;
   if (c.paper_wall) return xpbd::make_sheet(points, region.triangles, region.pinned, kPaperWall);
-  const xpbd::Membrane membrane{*c.youngs_modulus, *c.thickness, *c.poisson_ratio};
+  xpbd::Membrane membrane{*c.youngs_modulus, *c.thickness, *c.poisson_ratio};
+  // A plate bends over wavelengths longer than it is thick. Into a cell, over a strut, the lumen's
+  // surface gives way as soft tissue does: it is bent as a sheet no thicker than it is finely cut.
+  if (setup.design) membrane.bending_thickness = std::min(*c.thickness, *c.patch_edge_length);
   return xpbd::make_sheet(points, region.triangles, region.pinned, membrane);
 }
 
@@ -79,7 +84,6 @@ class StentContact {
       struts_.emplace(setup.region.triangles, setup.region.pinned,
                       StrutContactOptions{.depth = 1.5 * strut.thickness + *c.growth_per_step,
                                           .reach = half,
-                                          .push = half,
                                           .spacing = 0.5 * half,
                                           .support = strut.width});
     } else {
@@ -109,10 +113,13 @@ class StentContact {
     state_ = std::move(state);
   }
 
-  void find(std::span<const Vec3> positions) {
+  /// While the stent grows it lifts the wall along; at rest it does so gently, where the wall has
+  /// slid under a strut.
+  void find(std::span<const Vec3> positions, bool growing) {
     if (struts_) {
+      const double step = *setup_.specification.growth_per_step;
       struts_->update(*field_, {state_.axis, envelope_radius_}, positions,
-                      std::exchange(moved_, 0.0));
+                      std::exchange(moved_, 0.0), growing ? 2 * step : kGentle * step);
     } else {
       contacts_ = find_contacts(*field_, positions, setup_.region.pinned, contact_distance_, reach_,
                                 stiffness_);
@@ -175,7 +182,7 @@ Outcome deploy(const Setup& setup, const Observer& observe) {
     record.settling = step > growth;
     record.expansion = std::min(1.0, static_cast<double>(step) / growth);
     if (!record.settling) stent.set(stent_state(setup, record.expansion), step < growth ? 2 : 1);
-    stent.find(solver.positions());
+    stent.find(solver.positions(), !record.settling);
     xpbd::ForceBalance balance;
     if (record.settling) {
       for (int i = 0; i < kSettlingIterations; ++i) {

@@ -160,7 +160,7 @@ bool StrutContacts::near_support(const Feature& feature, std::span<const Vec3> p
 }
 
 void StrutContacts::update(const sdf::LevelSet& stent, const Envelope& envelope,
-                           std::span<const Vec3> positions, double stent_moved) {
+                           std::span<const Vec3> positions, double stent_moved, double push) {
   if (last_positions_.size() != positions.size() || !std::isfinite(stent_moved)) {
     for (Feature& feature : features_) feature.looked_at = -1;
     travel_ = 0;
@@ -200,7 +200,7 @@ void StrutContacts::update(const sdf::LevelSet& stent, const Envelope& envelope,
     Vec3 place = Vec3::Zero();
     for (std::size_t k = 0; k < 3; ++k)
       place += feature.weights[k] * positions[at(feature.corners[k])];
-    const double offset = feature.outward.dot(place) + std::min(feature.height, options_.push);
+    const double offset = feature.outward.dot(place) + std::min(feature.height, push);
     contacts_.push_back(
         {feature.corners, feature.weights, feature.outward, offset, static_cast<std::int64_t>(f)});
   }

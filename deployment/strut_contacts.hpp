@@ -14,7 +14,6 @@ namespace vstent::deployment {
 struct StrutContactOptions {
   double depth = 0;    ///< how far below a strut's outer face a place of the wall is still found
   double reach = 0;    ///< gap at which a place of the wall already counts as a contact
-  double push = 0;     ///< the most that a contact lifts the wall at once
   double spacing = 0;  ///< between the places looked at on edges and triangles
   double support = 0;  ///< a strut that holds a vertex needs no further contact so near to it
 };
@@ -36,9 +35,9 @@ class StrutContacts {
                 const StrutContactOptions& options);
 
   /// `stent_moved`: the most (mm) that any point of the stent has moved since the last call;
-  /// infinity where that is unknown.
+  /// infinity where that is unknown. `push`: the most (mm) that a contact lifts the wall at once.
   void update(const sdf::LevelSet& stent, const Envelope& envelope, std::span<const Vec3> positions,
-              double stent_moved = std::numeric_limits<double>::infinity());
+              double stent_moved, double push);
 
   std::span<const xpbd::SpanContact> contacts() const { return contacts_; }
 

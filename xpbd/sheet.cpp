@@ -111,8 +111,9 @@ Sheet make_sheet(std::span<const Vec3> points, std::span<const Triangle> triangl
                  std::span<const char> pinned, const Membrane& membrane) {
   const double nu = membrane.poisson_ratio;
   const double stretching = membrane.youngs_modulus * membrane.thickness;
-  const double bending =
-      stretching * membrane.thickness * membrane.thickness / (12 * (1 - nu * nu));
+  const double bent =
+      membrane.bending_thickness > 0 ? membrane.bending_thickness : membrane.thickness;
+  const double bending = membrane.youngs_modulus * bent * bent * bent / (12 * (1 - nu * nu));
   return build(points, triangles, pinned, [&](double area, double smaller, double squared_length) {
     if (!(squared_length > 0)) return UniformStiffness{stretching * kStiffestAspect, 0};
     const double aspect = std::min(area / squared_length, kStiffestAspect);

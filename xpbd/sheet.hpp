@@ -77,6 +77,7 @@ struct Membrane {
   double thickness = 1.0;       ///< mm
   double poisson_ratio =
       0.45;  ///< enters the bending modulus only: springs make a membrane of nu = 1/3
+  double bending_thickness = 0;  ///< mm, for the bending modulus; 0: `thickness`
 };
 
 /// Stiffness of every edge and hinge of a sheet.

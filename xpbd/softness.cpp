@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 namespace vstent::xpbd {
 namespace {
@@ -65,8 +66,17 @@ std::vector<Softness> measure_softness(const Layout& layout, std::span<const Slo
                                  batch.vertex[2][lane], batch.vertex[3][lane]};
       if (lane > 0 && v[0] == batch.vertex[0][0]) break;
       std::array<Vec3, 4> gradient;
-      hinge_angle(x(v[0]), x(v[1]), x(v[2]), x(v[3]), &gradient);
-      blocks.add<4>(v, gradient, 1 / batch.compliance[lane]);
+      const double angle = hinge_angle(x(v[0]), x(v[1]), x(v[2]), x(v[3]), &gradient);
+      const double stiffness = 1 / batch.compliance[lane];
+      blocks.add<4>(v, gradient, stiffness);
+      // A turned hinge's moment changes direction as its triangles do: its second derivatives are
+      // of the order of products of its gradients.
+      double total = 0;
+      for (const Vec3& g : gradient) total += g.norm();
+      const double moment =
+          stiffness * std::abs(std::remainder(angle - batch.rest[lane], 2 * std::numbers::pi));
+      for (std::size_t k = 0; k < 4; ++k)
+        blocks[at(v[k])].diagonal().array() += moment * total * gradient[k].norm();
     }
   std::vector<Softness> softness(particles.size());
   for (std::size_t k = 0; k < softness.size(); ++k) {

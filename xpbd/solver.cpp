@@ -19,6 +19,8 @@ namespace {
 constexpr std::size_t kChunk = 1024;
 // Iterations of relax between looks at how stiff each particle's surroundings have become.
 constexpr int kWeighEvery = 50;
+// And where struts fold it sharply.
+constexpr int kWeighFoldedEvery = 10;
 
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
@@ -113,6 +115,7 @@ struct Solver::Implementation {
   Grouped<Attachment> attachments;
   bool backward = false;
   double steps_since_rest = 0;
+  double last_energy = 0;
   bool relaxing = false;
   std::vector<Softness> softness;  // the relaxation's step per force
   int iterations_since_weighing = 0;
@@ -180,14 +183,10 @@ struct Solver::Implementation {
     spans = std::move(taken);
   }
 
-  static double along(const ClosableSpan& c, const std::array<Vec3, 3>& x) {
-    return c.normal.dot(c.weights[0] * x[0] + c.weights[1] * x[1] + c.weights[2] * x[2]);
-  }
-
-  double gap(const ClosableSpan& c) const {
-    return along(c, {place(particles[c.particles[0]]), place(particles[c.particles[1]]),
-                     place(particles[c.particles[2]])}) -
-           c.offset;
+  Vec3 point(const ClosableSpan& c) const {
+    return c.weights[0] * place(particles[c.particles[0]]) +
+           c.weights[1] * place(particles[c.particles[1]]) +
+           c.weights[2] * place(particles[c.particles[2]]);
   }
 
   void add_span_forces(std::vector<Slot>& to) const {
@@ -200,42 +199,28 @@ struct Solver::Implementation {
   }
 
   /// One pass over the spans, one after the other: they share particles. `yielding(k, push)` is how
-  /// far particle k gives way to a push; `moved(k, by)` hears of it.
-  template <class Yielding, class Moved>
-  void project_spans(const Yielding& yielding, const Moved& moved) {
+  /// far particle k gives way to a push, which sets the force; the places themselves are corrected
+  /// along the normal, where `mobile(k)`. `moved(k, by)` hears of it.
+  template <class Yielding, class Mobile, class Moved>
+  void project_spans(const Yielding& yielding, const Mobile& mobile, const Moved& moved) {
     for (ClosableSpan& c : spans) {
-      std::array<Vec3, 3> give;
-      double total = 0;
-      for (std::size_t i = 0; i < 3; ++i) {
-        give[i] = yielding(c.particles[i], Vec3(c.weights[i] * c.normal));
-        total += c.weights[i] * c.normal.dot(give[i]);
-      }
-      if (!(total > 0)) continue;
-      const double change = std::max(-c.force, -gap(c) / total);
+      double squares = 0;
+      for (std::size_t i = 0; i < 3; ++i)
+        if (mobile(c.particles[i])) squares += c.weights[i] * c.weights[i];
+      if (!(squares > 0)) continue;
+      double give = 0;
+      for (std::size_t i = 0; i < 3; ++i)
+        if (c.weights[i] > 0 && mobile(c.particles[i]))
+          give += c.weights[i] * c.weights[i] * c.normal.dot(yielding(c.particles[i], c.normal));
+      const double change = std::max(-c.force, -(c.normal.dot(point(c)) - c.offset) / give);
       c.force += change;
       for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t k = c.particles[i];
-        if (c.weights[i] == 0) continue;
-        put(particles[k], place(particles[k]) + change * give[i]);
-        moved(k, Vec3(change * give[i]));
+        if (c.weights[i] == 0 || !mobile(k)) continue;
+        const Vec3 by = change * give / squares * c.weights[i] * c.normal;
+        put(particles[k], place(particles[k]) + by);
+        moved(k, by);
       }
-    }
-  }
-
-  /// What a closed span moves comes to rest on it.
-  void stop_at_spans() {
-    for (const ClosableSpan& c : spans) {
-      if (!(c.force > 0)) continue;
-      std::array<std::size_t, 3> vertex;
-      double squares = 0;
-      for (std::size_t i = 0; i < 3; ++i) {
-        vertex[i] = at(layout.original[c.particles[i]]);
-        squares += c.weights[i] * c.weights[i];
-      }
-      const double leaving =
-          along(c, {velocities[vertex[0]], velocities[vertex[1]], velocities[vertex[2]]});
-      for (std::size_t i = 0; i < 3; ++i)
-        velocities[vertex[i]] -= std::max(0.0, leaving) * c.weights[i] / squares * c.normal;
     }
   }
 
@@ -405,6 +390,7 @@ struct Solver::Implementation {
       sweep_batches();
       project_spans(
           [&](std::size_t k, const Vec3& push) { return Vec3(particles[k].mobility * push); },
+          [&](std::size_t k) { return particles[k].mobility > 0; },
           [](std::size_t, const Vec3&) {});
       side_by_side(chunks(), [&](std::size_t chunk) {
         for_chunk(chunk, particles.size(), [&](std::size_t k) {
@@ -413,7 +399,6 @@ struct Solver::Implementation {
         });
       });
     }
-    stop_at_spans();
 
     StepReport report;
     double power = 0;
@@ -547,7 +532,7 @@ struct Solver::Implementation {
       rest();
       iterations_since_weighing = kWeighEvery;
     }
-    if (++iterations_since_weighing > kWeighEvery) {
+    if (++iterations_since_weighing > (spans.empty() ? kWeighEvery : kWeighFoldedEvery)) {
       weigh_surroundings();
       iterations_since_weighing = 0;
     }
@@ -574,15 +559,12 @@ struct Solver::Implementation {
       });
     });
     project_spans(
-        [&](std::size_t k, const Vec3& push) {
-          return inverse_mass[k] > 0 ? Vec3(options.step * (softness[k] * push))
-                                     : Vec3(Vec3::Zero());
-        },
+        [&](std::size_t k, const Vec3& push) { return Vec3(options.step * (softness[k] * push)); },
+        [&](std::size_t k) { return inverse_mass[k] > 0; },
         [&](std::size_t k, const Vec3& by) {
           positions[at(layout.original[k])] += by;
           velocities[at(layout.original[k])] += by;
         });
-    stop_at_spans();
     RelaxReport report;
     report.balance = conclude(tally, parts);
     double power = 0;
@@ -590,7 +572,10 @@ struct Solver::Implementation {
       report.largest_move = std::max(report.largest_move, part.largest_move);
       power += part.power;
     }
-    steps_since_rest = power < 0 ? 0 : steps_since_rest + 1;
+    // Contacts between vertices come and go, and each may kick: momentum is given up as soon as the
+    // energy rises.
+    const bool rising = !spans.empty() && tally.energy > std::exchange(last_energy, tally.energy);
+    steps_since_rest = power < 0 || rising ? 0 : steps_since_rest + 1;
     return report;
   }
 

@@ -83,8 +83,8 @@ class Solver {
   void set_velocities(std::span<const Vec3> velocities);
   void set_positions(std::span<const Vec3> positions);  ///< velocities and multipliers become zero
 
-  /// A contact is closed where its gap is below `contact_tolerance` (mm); span contacts push as they
-  /// did at the end of the last step or iteration.
+  /// A contact is closed where its gap is below `contact_tolerance` (mm); span contacts push as
+  /// they did at the end of the last step or iteration.
   ForceBalance balance(std::span<const Contact> contacts, double contact_tolerance) const;
 
  private:
