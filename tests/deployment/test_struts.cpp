@@ -1,0 +1,163 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <numbers>
+
+#include "deployment/strut_contacts.hpp"
+#include "deployment/strut_solid.hpp"
+#include "tests/deployment/whole_run.hpp"
+#include "vessels/error.hpp"
+#include "vessels/idealised.hpp"
+
+namespace vstent::deployment {
+namespace {
+
+TriangleMesh straight_tube(double radius, double length, double edge) {
+  vessels::IdealisedVessel vessel;
+  vessel.radius = radius;
+  vessel.length = length;
+  vessel.stenosis = 0;
+  vessel.edge_length = edge;
+  return vessels::idealised_vessel(vessel);
+}
+
+/// A wire around the z axis.
+stents::PlacedStent wire_ring(double radius, double z, double diameter) {
+  stents::PlacedStent stent;
+  stent.section = {true, diameter, diameter, 0.5 * diameter};
+  stents::PlacedMember& ring = stent.members.emplace_back();
+  ring.closed = true;
+  for (int i = 0; i < 720; ++i) {
+    const double angle = 2 * std::numbers::pi * i / 720;
+    const Vec3 outward(std::cos(angle), std::sin(angle), 0);
+    ring.points.push_back(radius * outward + z * Vec3::UnitZ());
+    ring.outward.push_back(outward);
+  }
+  return stent;
+}
+
+TEST(StrutMetrics, ARingInsideATubeHasTheGapBetweenTheirRadii) {
+  const TriangleMesh tube = straight_tube(2, 6, 0.2);
+  const std::vector<char> all(tube.triangles.size(), 1);
+  const stents::PlacedStent ring = wire_ring(1.5, 3, 0.1);
+  const StrutMetrics m = measure_struts(tube, all, ring, strut_solid(ring),
+                                        {{Vec3(0, 0, 1), Vec3(0, 0, 5)}, {1.55, 1.55}});
+  // Facets sag by e^2 / (8 R) at most.
+  const double sag = 0.2 * 0.2 / (8 * 2) * 1.5;
+  EXPECT_NEAR(m.mean_gap, 0.45, sag);
+  EXPECT_NEAR(m.largest_gap, 0.45, sag);
+  EXPECT_NEAR(m.strut_length, 2 * std::numbers::pi * 1.5, 1e-3);
+  EXPECT_EQ(m.share_with_gap[3], 1.0);
+  EXPECT_EQ(m.share_over_openings, 0.0);
+  EXPECT_EQ(m.largest_prolapse, 0.0);
+  EXPECT_EQ(m.deepest_penetration, 0.0);
+}
+
+TEST(StrutMetrics, ARingThroughATubeShowsProlapseAndPenetration) {
+  const TriangleMesh tube = straight_tube(2, 6, 0.1);
+  const std::vector<char> all(tube.triangles.size(), 1);
+  const stents::PlacedStent ring = wire_ring(2, 3, 0.2);
+  const StrutMetrics m = measure_struts(tube, all, ring, strut_solid(ring),
+                                        {{Vec3(0, 0, 1), Vec3(0, 0, 5)}, {2.1, 2.1}});
+  const double sag = 0.1 * 0.1 / (8 * 2) * 1.5;
+  EXPECT_NEAR(m.largest_prolapse, 0.1, sag);
+  // The wall runs through the wire's middle; samples are a quarter of it apart.
+  EXPECT_GT(m.deepest_penetration, 0.1 - 0.5 * 0.05 - sag);
+  EXPECT_LE(m.deepest_penetration, 0.1 + 1e-9);
+}
+
+TEST(StrutContacts, LiftAWireBetweenVerticesOverTheTubeByTheirOverlap) {
+  const TriangleMesh tube = straight_tube(2, 6, 0.5);  // coarser than the wire is thick
+  const std::vector<char> none(tube.points.size(), 0);
+  const double wire = 0.1, centre = 1.97;
+  const sdf::Solid solid = strut_solid(wire_ring(centre, 3.1, wire));
+  const sdf::LevelSet field = sdf::voxelise(solid, {0.0125, 5});
+  StrutContacts contacts(tube.triangles, none,
+                         {.depth = 0.2, .reach = 0.05, .spacing = 0.0125, .support = wire});
+  const Polyline axis{Vec3(0, 0, 0), Vec3(0, 0, 3), Vec3(0, 0, 6)};
+  const std::vector<double> radius(3, 2.2);
+  contacts.update(field, {axis, radius}, tube.points, std::numeric_limits<double>::infinity(), 1.0);
+  ASSERT_FALSE(contacts.contacts().empty());
+  double highest = 0;
+  for (const xpbd::SpanContact& c : contacts.contacts()) {
+    Vec3 place = Vec3::Zero();
+    for (std::size_t k = 0; k < 3; ++k)
+      place += c.weights[k] * tube.points[static_cast<std::size_t>(c.vertices[k])];
+    EXPECT_LT(std::abs(place.z() - 3.1), wire / 2 + 0.0125);
+    EXPECT_NEAR(c.normal.z(), 0, 1e-9);
+    highest = std::max(highest, c.offset - c.normal.dot(place));
+  }
+  // The wire's top is at 2.02 mm, facets sag by up to e^2 / (8 R); fields by h^2 / (8 r).
+  const double sag = 0.5 * 0.5 / (8 * 2) * 1.5, field_error = 0.0125 * 0.0125 / (8 * 0.05) + 0.001;
+  EXPECT_GT(highest, 0.02 - field_error);
+  EXPECT_LT(highest, 0.02 + sag + field_error);
+}
+
+/// Strut radius 0.045 mm, deployed from a lumen of 1.5 mm to an outer radius of 1.845 mm.
+TEST(StrutDeployment, RoundWireLiftsAStraightTubeWithoutSinkingIn) {
+  const tests::TemporaryFolder folder;
+  const vessels::Surface vessel = vessels::make_surface(straight_tube(1.5, 9, 0.2), "tube");
+  vessels::write_surface(vessel, vessel.mesh.points,
+                         std::vector<char>(vessel.mesh.points.size(), 0), folder / "tube.vtp");
+  std::ofstream(folder / "design.json")
+      << R"({"preset": "xience_s", "section": {"round": true, "width": "0.09mm",
+             "thickness": "0.09mm", "edge_radius": "0.045mm"}})";
+  const tests::WholeRun r =
+      tests::run(folder, tests::make_case(folder / "tube.vtp", "mm",
+                                          {{"at", {0, 0, 4.5}},
+                                           {"design", (folder / "design.json").string()},
+                                           {"length", "4mm"},
+                                           {"diameter", "3.69mm"}}));
+  EXPECT_TRUE(r.outcome.converged);
+  EXPECT_EQ(r.metrics.inverted_triangles, 0u);
+  EXPECT_EQ(r.metrics.new_self_intersections, 0u);
+  EXPECT_EQ(r.metrics.changed_outside_patch, 0u);
+  ASSERT_TRUE(r.metrics.struts.has_value());
+  const double voxel = *r.setup.specification.voxel_size;
+  EXPECT_LT(r.metrics.struts->mean_gap, 0.5 * voxel);
+  EXPECT_LT(r.metrics.struts->deepest_penetration, voxel);
+  EXPECT_LT(r.metrics.struts->share_with_gap[1], 0.01);
+  // Twelve half-waves: over a span of 30 degrees a chord lies R (1 - cos 15 deg) = 0.063 mm below,
+  // so tissue must show between the struts, and cannot reach the native lumen.
+  EXPECT_GT(r.metrics.struts->largest_prolapse, 0.05);
+  EXPECT_LT(r.metrics.struts->largest_prolapse, 0.345);
+}
+
+TEST(StrutDeployment, ResultsOnTheInputsOwnVerticesKeepItsMesh) {
+  const tests::TemporaryFolder folder;
+  const vessels::Surface vessel = vessels::make_surface(straight_tube(1.5, 9, 0.3), "tube");
+  vessels::write_surface(vessel, vessel.mesh.points,
+                         std::vector<char>(vessel.mesh.points.size(), 0), folder / "tube.vtp");
+  nlohmann::json specification = {
+      {"vessel", {{"surface", (folder / "tube.vtp").string()}, {"units", "mm"}}},
+      {"stent",
+       {{"at", {0, 0, 4.5}}, {"design", "xience_s"}, {"length", "2.5mm"}, {"diameter", "3.3mm"}}},
+      {"patch", {{"edge_length", "0.12mm"}, {"keep_refined", false}}}};
+  const tests::WholeRun r = tests::run(folder, parse_case(specification, "test", "/"));
+  ASSERT_TRUE(r.setup.unrefined.has_value());
+  const vessels::Surface written =
+      vessels::read_surface(folder / "stented.vtp", vessels::LengthUnit::mm);
+  EXPECT_EQ(written.mesh.triangles, vessel.mesh.triangles);
+  EXPECT_GT(r.setup.surface.mesh.points.size(), 2 * written.mesh.points.size());
+  EXPECT_GT(r.metrics.moved_vertices, 100u);
+}
+
+TEST(StrutDeployment, RefusesADiameterBeyondTheDesignsLimitNamingIt) {
+  const tests::TemporaryFolder folder;
+  const vessels::Surface vessel = vessels::make_surface(straight_tube(1.5, 9, 0.3), "tube");
+  vessels::write_surface(vessel, vessel.mesh.points,
+                         std::vector<char>(vessel.mesh.points.size(), 0), folder / "tube.vtp");
+  try {
+    prepare(tests::make_case(
+        folder / "tube.vtp", "mm",
+        {{"at", {0, 0, 4.5}}, {"design", "xience_s"}, {"length", "4mm"}, {"diameter", "6mm"}}));
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::usage);
+    EXPECT_NE(std::string(error.what()).find("4.57"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace vstent::deployment
