@@ -130,6 +130,10 @@ void parse_wall(ObjectReader wall, Case& result) {
 }
 
 void parse_numerics(ObjectReader& root, Case& result) {
+  if (!result.design.empty() && root.find("contact")) {
+    root.refuse("contact",
+                "is for smooth tubes; struts meet the wall rigidly at their own surface");
+  }
   ObjectReader contact = root.object("contact");
   result.contact_distance = contact.length("distance");
   result.contact_stiffness = contact.number("stiffness_N_per_mm", 1e-9, 1e12,

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "sdf/polyline.hpp"
+#include "stents/pattern_metrics.hpp"
 #include "vessels/error.hpp"
 #include "vessels/file_guard.hpp"
 
@@ -112,7 +113,9 @@ nlohmann::ordered_json design_json(const Setup& setup, const Outcome& outcome) {
   const stents::Specification& specification = setup.design_specification;
   const double crimped_length =
       setup.design->expanded(setup.design->limits().crimped_diameter).length;
-  const double length = outcome.axis.empty() ? 0 : setup.placement.arc.back();
+  const double length = setup.placement.arc.back();
+  const stents::PatternMetrics pattern =
+      stents::measure(expanded_pattern(*setup.design, setup.stent, setup.start_radius, 1));
   nlohmann::ordered_json json;
   json["name"] = specification.name;
   json["family"] = stents::family(specification);
@@ -120,6 +123,13 @@ nlohmann::ordered_json design_json(const Setup& setup, const Outcome& outcome) {
   json["nominal_length_mm"] = setup.specification.length;
   json["crimped_length_mm"] = crimped_length;
   json["foreshortening_percent"] = 100 * (1 - length / crimped_length);
+  json["percent_metal_to_artery"] = 100 * pattern.metal_to_artery;
+  json["cells"] = pattern.cells.size();
+  json["median_cell_mm2"] = pattern.median_cell;
+  json["largest_cell_mm2"] = pattern.largest_cell;
+  json["largest_inscribed_circle_mm"] = pattern.largest_circle;
+  json["struts"] = pattern.struts;
+  json["connectors"] = pattern.connectors;
   json["largest_diameter_mm"] = setup.design->limits().largest_diameter;
   json["balloon_diameter_for_recoil_mm"] =
       *setup.specification.diameter / (1 - specification.recoil);

@@ -165,6 +165,10 @@ void choose_design(Setup& setup) {
   }
   c.length = setup.design->expanded(setup.design->limits().nominal_diameter).length;
   c.cell = setup.design->cell();
+  if (c.cell == stents::Cell::open && c.straightening.value_or(0) > 0) {
+    throw Error(ExitCode::usage, c.surface.string() + ": /stent/straightening: the design " +
+                                     c.design + " has open cells, which follow the vessel");
+  }
 }
 
 void place_stent(Setup& setup) {

@@ -143,6 +143,29 @@ TEST(StrutDeployment, ResultsOnTheInputsOwnVerticesKeepItsMesh) {
   EXPECT_GT(r.metrics.moved_vertices, 100u);
 }
 
+TEST(StrutDeployment, RefusesWhatOnlySmoothTubesHave) {
+  const auto refusal = [](nlohmann::json stent, const nlohmann::json& extra) {
+    stent.update({{"at", {0, 0, 4.5}}, {"design", "xience_s"}, {"diameter", "3.3mm"}});
+    nlohmann::json specification = {{"vessel", {{"surface", "tube.vtp"}, {"units", "mm"}}},
+                                    {"stent", stent}};
+    specification.update(extra);
+    try {
+      parse_case(specification, "case.json", "/");
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(refusal(nlohmann::json::object(), nlohmann::json::object()), "");
+  EXPECT_NE(refusal({{"shape", "capsule"}}, nlohmann::json::object()).find("/stent/shape"),
+            std::string::npos);
+  EXPECT_NE(refusal({{"cell", "closed"}}, nlohmann::json::object()).find("/stent/cell"),
+            std::string::npos);
+  EXPECT_NE(
+      refusal(nlohmann::json::object(), {{"contact", {{"distance", "0.1mm"}}}}).find("/contact"),
+      std::string::npos);
+}
+
 TEST(StrutDeployment, RefusesADiameterBeyondTheDesignsLimitNamingIt) {
   const tests::TemporaryFolder folder;
   const vessels::Surface vessel = vessels::make_surface(straight_tube(1.5, 9, 0.3), "tube");
