@@ -1,15 +1,13 @@
 // The command as a person runs it: exit codes, messages, files, interruptions.
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "tests/temporary_folder.hpp"
+#include "tests/apps/command.hpp"
 #include "vessels/idealised.hpp"
 #include "vessels/surface.hpp"
 
@@ -18,32 +16,11 @@ namespace {
 
 namespace fs = std::filesystem;
 using tests::read_text;
+using Result = tests::CommandResult;
+using tests::start;
 using tests::TemporaryFolder;
+using tests::vstent;
 using tests::write_text;
-
-struct Result {
-  int exit_code = -1;
-  std::string out, err;
-};
-
-pid_t start(const TemporaryFolder& folder, const std::string& arguments) {
-  const std::string line = std::string("exec ") + VSTENT_COMMAND + " " + arguments + " >" +
-                           (folder / "out.txt").string() + " 2>" + (folder / "err.txt").string();
-  const pid_t child = fork();
-  if (child == 0) {
-    execl("/bin/sh", "sh", "-c", line.c_str(), static_cast<char*>(nullptr));
-    _exit(127);
-  }
-  return child;
-}
-
-Result vstent(const TemporaryFolder& folder, const std::string& arguments) {
-  const pid_t child = start(folder, arguments);
-  int status = 0;
-  waitpid(child, &status, 0);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
-          read_text(folder / "out.txt"), read_text(folder / "err.txt")};
-}
 
 fs::path ideal_vessel(const TemporaryFolder& folder) {
   vessels::IdealisedVessel vessel;

@@ -1,11 +1,9 @@
 // `vstent designs` and `vstent stent` as a person runs them.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <nlohmann/json.hpp>
 
-#include "tests/temporary_folder.hpp"
+#include "tests/apps/command.hpp"
 #include "vessels/centerline.hpp"
 #include "vessels/surface.hpp"
 
@@ -14,27 +12,10 @@ namespace {
 
 namespace fs = std::filesystem;
 using tests::read_text;
+using Result = tests::CommandResult;
 using tests::TemporaryFolder;
+using tests::vstent;
 using tests::write_text;
-
-struct Result {
-  int exit_code = -1;
-  std::string out, err;
-};
-
-Result vstent(const TemporaryFolder& folder, const std::string& arguments) {
-  const std::string line = "cd " + folder.path().string() + " && exec " + VSTENT_COMMAND + " " +
-                           arguments + " >out.txt 2>err.txt";
-  const pid_t child = fork();
-  if (child == 0) {
-    execl("/bin/sh", "sh", "-c", line.c_str(), static_cast<char*>(nullptr));
-    _exit(127);
-  }
-  int status = 0;
-  waitpid(child, &status, 0);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
-          read_text(folder / "out.txt"), read_text(folder / "err.txt")};
-}
 
 /// Files in the folder other than what the command printed.
 std::size_t files(const TemporaryFolder& folder) {

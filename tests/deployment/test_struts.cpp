@@ -6,6 +6,7 @@
 
 #include "deployment/strut_contacts.hpp"
 #include "deployment/strut_solid.hpp"
+#include "tests/data.hpp"
 #include "tests/deployment/whole_run.hpp"
 #include "vessels/error.hpp"
 #include "vessels/idealised.hpp"
@@ -122,6 +123,26 @@ TEST(StrutDeployment, RoundWireLiftsAStraightTubeWithoutSinkingIn) {
   // so tissue must show between the struts, and cannot reach the native lumen.
   EXPECT_GT(r.metrics.struts->largest_prolapse, 0.05);
   EXPECT_LT(r.metrics.struts->largest_prolapse, 0.345);
+}
+
+TEST(StrutDeployment, OpensANarrowedCoronaryArteryAtItsLesion) {
+  const auto surface = tests::shared_data("coronary_branch/fine.stl");
+  SKIP_WITHOUT(surface);
+  const tests::TemporaryFolder folder;
+  const tests::WholeRun r = tests::run(
+      folder,
+      tests::make_case(
+          surface, "mm",
+          {{"at", "lesion"}, {"design", "xience_s"}, {"length", "6mm"}, {"diameter", "3mm"}}));
+  EXPECT_TRUE(r.outcome.converged);
+  EXPECT_EQ(r.metrics.inverted_triangles, 0u);
+  EXPECT_EQ(r.metrics.new_self_intersections, 0u);
+  EXPECT_EQ(r.metrics.changed_outside_patch, 0u);
+  EXPECT_LT(r.metrics.narrowest_before, 2.0);
+  EXPECT_GT(r.metrics.narrowest_after, 2.4);  // tissue between the rings sags into the lumen
+  EXPECT_LT(r.metrics.struts->share_with_gap[1], 0.02);  // the stent is wider than the vessel
+  EXPECT_LT(r.metrics.struts->deepest_penetration,
+            0.5 * 0.081);  // nowhere through a strut's middle
 }
 
 TEST(StrutDeployment, ResultsOnTheInputsOwnVerticesKeepItsMesh) {
