@@ -16,9 +16,10 @@ struct StepRecord {
   double expansion = 0;   ///< 0 start radius .. 1 nominal
   double radius = 0;      ///< mm, outer, at the proximal end
   double straightening = 0;
-  int contacts = 0;          ///< places of the wall that the stent pushes
-  double largest_move = 0;   ///< mm in this step
-  double residual = 0;       ///< static force residual over mean contact force
+  int contacts = 0;         ///< places of the wall that the stent pushes
+  double largest_move = 0;  ///< mm in this step
+  double residual = 0;      ///< static force residual over mean contact force
+  double deepest = 0;  ///< mm, as the step began: the wall inside struts, beyond what it is let
   double contact_force = 0;  ///< N, sum
   double energy = 0;         ///< N mm, stored in the wall
 };

@@ -27,6 +27,39 @@ Vec3 normal(const TriangleMesh& mesh, std::size_t triangle) {
       .cross(mesh.points[static_cast<std::size_t>(t[2])] - a);
 }
 
+std::vector<Vec3> normals(const TriangleMesh& mesh) {
+  std::vector<Vec3> result(mesh.triangles.size());
+  for (std::size_t t = 0; t < result.size(); ++t) result[t] = normal(mesh, t);
+  return result;
+}
+
+/// Per triangle, the area-weighted normal of those around it that share a vertex with it.
+std::vector<Vec3> surroundings(const TriangleMesh& mesh, std::span<const Vec3> normals) {
+  std::vector<Vec3> at_vertex(mesh.points.size(), Vec3::Zero());
+  for (std::size_t t = 0; t < normals.size(); ++t) {
+    for (const int v : mesh.triangles[t]) at_vertex[static_cast<std::size_t>(v)] += normals[t];
+  }
+  std::vector<Vec3> result(normals.size());
+  for (std::size_t t = 0; t < normals.size(); ++t) {
+    result[t] = -3 * normals[t];
+    for (const int v : mesh.triangles[t]) result[t] += at_vertex[static_cast<std::size_t>(v)];
+  }
+  return result;
+}
+
+/// A stiff turn of a part of the wall inverts nothing, a triangle that is turned over among its
+/// neighbours is inverted whichever way they face.
+void count_inverted(const TriangleMesh& before, const TriangleMesh& after, Metrics& metrics) {
+  const std::vector<Vec3> normals_before = normals(before), normals_after = normals(after);
+  const std::vector<Vec3> around_before = surroundings(before, normals_before);
+  const std::vector<Vec3> around_after = surroundings(after, normals_after);
+  for (std::size_t t = 0; t < normals_before.size(); ++t) {
+    metrics.inverted_triangles +=
+        normals_after[t].dot(around_after[t]) < 0 && normals_before[t].dot(around_before[t]) >= 0;
+    metrics.turned_triangles += normals_before[t].dot(normals_after[t]) < 0;
+  }
+}
+
 void compare_meshes(const Surface& before, const Surface& after, const Comparison& comparison,
                     Metrics& metrics) {
   const std::size_t points = before.mesh.points.size();
@@ -37,9 +70,7 @@ void compare_meshes(const Surface& before, const Surface& after, const Compariso
     metrics.moved_vertices += changed;
     metrics.changed_outside_patch += changed && !comparison.movable[v];
   }
-  for (std::size_t t = 0; t < before.mesh.triangles.size(); ++t) {
-    metrics.inverted_triangles += normal(before.mesh, t).dot(normal(after.mesh, t)) < 0;
-  }
+  count_inverted(before.mesh, after.mesh, metrics);
   auto crossings_before = vessels::self_intersections(before.mesh, comparison.patch_triangles);
   auto crossings_after = vessels::self_intersections(after.mesh, comparison.patch_triangles);
   metrics.self_intersections_before = crossings_before.size();
@@ -163,6 +194,7 @@ ordered_json to_json(const Metrics& m) {
   result["mesh"] = {{"moved_vertices", m.moved_vertices},
                     {"changed_vertices_outside_patch", m.changed_outside_patch},
                     {"inverted_triangles", m.inverted_triangles},
+                    {"triangles_turned_over_90_deg", m.turned_triangles},
                     {"self_intersections_before", m.self_intersections_before},
                     {"new_self_intersections", m.new_self_intersections},
                     {"closed_before", m.closed_before},

@@ -41,7 +41,8 @@ struct Metrics {
   double deepest_penetration = 0;   ///< mm, of any wall vertex into the stent's outer surface
   double largest_displacement = 0;  ///< mm
   std::size_t moved_vertices = 0, changed_outside_patch = 0;
-  std::size_t inverted_triangles = 0;  ///< normals that turned by more than 90 degrees
+  std::size_t inverted_triangles = 0;  ///< turned over among the triangles around them
+  std::size_t turned_triangles = 0;    ///< normals that turned by more than 90 degrees in space
   std::size_t self_intersections_before = 0,
               new_self_intersections = 0;  ///< pairs with a triangle of the patch
   bool closed_before = false, closed_after = false;

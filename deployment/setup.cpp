@@ -382,47 +382,17 @@ void derive_solver(Setup& setup) {
   Case& c = setup.specification;
   if (!c.iterations) c.iterations = 4;
   // Over struts contacts between vertices come and go until the end.
-  if (!c.tolerance) c.tolerance = setup.design ? 0.03 : 1e-3;
+  if (!c.tolerance) c.tolerance = setup.design ? 0.01 : 1e-3;
   if (!c.max_settling_steps) c.max_settling_steps = 20000;
 }
 
-/// A strut of half thickness r: voxels of r/2 (half of r for the field's curvature), steps of r/2
-/// so that none crosses a strut.
-void derive_strut_numerics(Setup& setup) {
-  Case& c = setup.specification;
-  const stents::CrossSection& strut = setup.design_specification.section;
-  const double half = 0.5 * std::min(strut.width, strut.thickness);
-  if (!c.growth_per_step) c.growth_per_step = 0.5 * half;
-  if (!c.voxel_size) c.voxel_size = 0.5 * half;
-  if (*c.voxel_size > half) {
-    throw Error(ExitCode::usage, c.surface.string() +
-                                     ": /level_set/voxel_size: " + mm(*c.voxel_size) +
-                                     " is coarser than half the thickness of a strut, " + mm(half));
-  }
-  if (*c.growth_per_step > half) {
-    throw Error(ExitCode::usage, c.surface.string() +
-                                     ": /solver/growth_per_step: " + mm(*c.growth_per_step) +
-                                     " is more than half the thickness of a strut, " + mm(half) +
-                                     ", and could carry the wall through it");
-  }
-  derive_solver(setup);
-  warn_of_cut_patch(setup);
-}
-
-void derive_numerics(Setup& setup) {
+/// Of the smooth tube, or of the balloon that carries struts.
+void derive_growth(Setup& setup) {
   Case& c = setup.specification;
   const double radius = 0.5 * *c.diameter;
-  warn_of_cut_patch(setup);
   const double edge = setup.region.median_edge;
   if (!c.contact_distance) c.contact_distance = std::min(0.5 * edge, 0.1 * radius);
   if (!c.growth_per_step) c.growth_per_step = std::min(0.15 * edge, 0.5 * *c.contact_distance);
-  if (!c.voxel_size) c.voxel_size = std::min(radius / 25, *c.contact_distance);
-  derive_solver(setup);
-  if (*c.voxel_size > radius / 4) {
-    throw Error(ExitCode::usage,
-                c.surface.string() + ": /level_set/voxel_size: " + mm(*c.voxel_size) +
-                    " is coarser than a quarter of the stent's radius, " + mm(radius / 4));
-  }
   if (*c.contact_distance >= 0.5 * radius) {
     throw Error(ExitCode::usage, c.surface.string() +
                                      ": /contact/distance: " + mm(*c.contact_distance) +
@@ -432,6 +402,31 @@ void derive_numerics(Setup& setup) {
     c.contact_distance = 0.5 * setup.start_radius;
     c.growth_per_step = std::min(*c.growth_per_step, 0.5 * *c.contact_distance);
   }
+}
+
+/// A strut of half thickness r: voxels of r/2, half of r for the field's curvature.
+void derive_strut_voxels(Setup& setup) {
+  Case& c = setup.specification;
+  const stents::CrossSection& strut = setup.design_specification.section;
+  const double half = 0.5 * std::min(strut.width, strut.thickness);
+  if (!c.voxel_size) c.voxel_size = 0.5 * half;
+  if (*c.voxel_size > half) {
+    throw Error(ExitCode::usage, c.surface.string() +
+                                     ": /level_set/voxel_size: " + mm(*c.voxel_size) +
+                                     " is coarser than half the thickness of a strut, " + mm(half));
+  }
+}
+
+void derive_tube_voxels(Setup& setup) {
+  Case& c = setup.specification;
+  const double radius = 0.5 * *c.diameter;
+  if (!c.voxel_size) c.voxel_size = std::min(radius / 25, *c.contact_distance);
+  if (*c.voxel_size > radius / 4) {
+    throw Error(ExitCode::usage,
+                c.surface.string() + ": /level_set/voxel_size: " + mm(*c.voxel_size) +
+                    " is coarser than a quarter of the stent's radius, " + mm(radius / 4));
+  }
+  const double edge = setup.region.median_edge;
   const double sag = edge * edge / (8 * radius);
   if (sag > 0.005 * radius) {
     setup.warnings.push_back("the surface is coarse for this stent: between vertices " + mm(edge) +
@@ -460,12 +455,15 @@ Setup prepare(Case specification) {
   judge_target(setup);
   derive_wall(setup);
   find_patch(setup);
+  if (setup.design) refine_for_struts(setup);
+  warn_of_cut_patch(setup);
+  derive_growth(setup);
   if (setup.design) {
-    refine_for_struts(setup);
-    derive_strut_numerics(setup);
+    derive_strut_voxels(setup);
   } else {
-    derive_numerics(setup);
+    derive_tube_voxels(setup);
   }
+  derive_solver(setup);
   return setup;
 }
 

@@ -72,8 +72,11 @@ StentState stent_state(const Setup& setup, double expansion) {
   return setup.design ? strut_state(setup, expansion) : tube_state(setup, expansion);
 }
 
-sdf::Solid solid_of(const Setup& setup, const StentState& state, double inset) {
-  if (state.struts) return strut_solid(*state.struts);
+sdf::Solid solid_of(const Setup& setup, const StentState& state) {
+  return state.struts ? strut_solid(*state.struts) : envelope_of(setup, state, 0);
+}
+
+sdf::Solid envelope_of(const Setup& setup, const StentState& state, double inset) {
   std::vector<double> radii(state.radii);
   for (double& r : radii) r -= inset;
   const Shape shape = setup.specification.shape;
@@ -82,10 +85,33 @@ sdf::Solid solid_of(const Setup& setup, const StentState& state, double inset) {
   return solid;
 }
 
+double largest_protrusion(const StentState& state) {
+  if (!state.struts) return 0;
+  const std::vector<double> arc = arc_lengths(state.axis);
+  const double face = 0.5 * state.struts->section.thickness;
+  double largest = 0;
+  for (const stents::PlacedMember& member : state.struts->members) {
+    for (const Vec3& x : member.points) {
+      const PolylinePlace place = nearest_place(state.axis, arc, x);
+      const double outer = value_at(state.radii, arc, place.arc_length);
+      largest = std::max(largest, std::sqrt(place.squared_distance) + face - outer);
+    }
+  }
+  return largest;
+}
+
+StentState inflated(const Setup& setup, StentState state, double expansion) {
+  if (!state.struts) return state;
+  const double recoil = setup.design_specification.recoil;
+  const double protrusion = largest_protrusion(state);
+  for (double& r : state.radii) r += expansion * std::max(protrusion, recoil / (1 - recoil) * r);
+  return state;
+}
+
 int growth_steps(const Setup& setup) {
   double travel = 0;
   const StentState start = stent_state(setup, 0);
-  const StentState end = stent_state(setup, 1);
+  const StentState end = inflated(setup, stent_state(setup, 1), 1);
   const std::vector<Vec3> along = tangents(end.axis);
   for (std::size_t i = 0; i < start.axis.size(); ++i) {
     Vec3 move = end.axis[i] - start.axis[i];
@@ -94,20 +120,6 @@ int growth_steps(const Setup& setup) {
     travel = std::max(travel, end.radii[i] - start.radii[i] + move.norm());
   }
   return std::max(1, static_cast<int>(std::ceil(travel / *setup.specification.growth_per_step)));
-}
-
-double largest_move(const stents::PlacedStent& from, const stents::PlacedStent& to) {
-  constexpr double kUnknown = std::numeric_limits<double>::infinity();
-  if (from.members.size() != to.members.size()) return kUnknown;
-  double largest = 0;
-  for (std::size_t m = 0; m < from.members.size(); ++m) {
-    const Polyline& a = from.members[m].points;
-    const Polyline& b = to.members[m].points;
-    if (a.size() != b.size()) return kUnknown;
-    for (std::size_t i = 0; i < a.size(); ++i)
-      largest = std::max(largest, (a[i] - b[i]).squaredNorm());
-  }
-  return std::sqrt(largest);
 }
 
 }  // namespace vstent::deployment

@@ -1,6 +1,7 @@
 // Measures against closed forms, on generated vessels.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 
@@ -87,6 +88,47 @@ TEST(Measure, SeesInvertedTrianglesCrossingsAndStrays) {
   EXPECT_GT(m.new_self_intersections, 0u);
   EXPECT_EQ(m.moved_vertices, 1u);
   EXPECT_EQ(m.changed_outside_patch, 1u);
+}
+
+// A vertex drawn across an edge of its fan turns over exactly the triangles whose signed area
+// becomes negative, seen along the sheet's normal; turning the whole sheet turns over none.
+TEST(Measure, TrianglesAreInvertedAmongTheirNeighboursOnly) {
+  TriangleMesh sheet;
+  constexpr int kSide = 9;
+  const auto vertex = [](int i, int j) { return j * kSide + i; };
+  for (int j = 0; j < kSide; ++j)
+    for (int i = 0; i < kSide; ++i) sheet.points.emplace_back(i, j, 0);
+  for (int j = 0; j + 1 < kSide; ++j) {
+    for (int i = 0; i + 1 < kSide; ++i) {
+      sheet.triangles.push_back({vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1)});
+      sheet.triangles.push_back({vertex(i, j), vertex(i + 1, j + 1), vertex(i, j + 1)});
+    }
+  }
+  const vessels::Surface before = vessels::make_surface(sheet, "before");
+  const Polyline axis{{0, 0, 0}, {0, 0, 1}};
+  Comparison comparison = comparison_for(before, axis, 1);
+
+  TriangleMesh folded = sheet;
+  const auto moved = static_cast<std::size_t>(vertex(4, 4));
+  folded.points[moved] += Vec3(1.2, 0.3, 0);
+  std::size_t negative = 0;
+  for (const Triangle& t : folded.triangles) {
+    const auto p = [&](int k) {
+      return folded.points[static_cast<std::size_t>(t[static_cast<std::size_t>(k)])];
+    };
+    negative += (p(1) - p(0)).cross(p(2) - p(0)).z() < 0;
+  }
+  ASSERT_GT(negative, 0u);
+  const Eigen::AngleAxisd turn(2.0, Vec3(1, 2, 0.5).normalized());
+  for (Vec3& p : folded.points) p = turn * p;
+  const Metrics m = measure(before, vessels::make_surface(folded, "after"), comparison);
+  EXPECT_EQ(m.inverted_triangles, negative);
+
+  TriangleMesh turned = sheet;
+  for (Vec3& p : turned.points) p = turn * p;
+  const Metrics rigid = measure(before, vessels::make_surface(turned, "after"), comparison);
+  EXPECT_EQ(rigid.inverted_triangles, 0u);
+  EXPECT_EQ(rigid.turned_triangles, sheet.triangles.size());
 }
 
 TEST(Measure, StenosisOfTheIdealVesselIsWhatItWasMadeWith) {
