@@ -11,6 +11,7 @@
 #include "deployment/strut_solid.hpp"
 #include "sdf/level_set.hpp"
 #include "sdf/polyline.hpp"
+#include "stents/cover.hpp"
 #include "stents/expansion.hpp"
 #include "stents/pattern_metrics.hpp"
 #include "vessels/centerline.hpp"
@@ -142,7 +143,28 @@ void write_lines(const PlacedStent& stent, double scale, const fs::path& path) {
   vessels::write_polylines(lines, per_point, per_line, path, scale);
 }
 
-void write_level_set(const PlacedStent& stent, const Arguments& a, double scale) {
+void append(TriangleMesh& mesh, const TriangleMesh& more) {
+  const int first = static_cast<int>(mesh.points.size());
+  mesh.points.insert(mesh.points.end(), more.points.begin(), more.points.end());
+  for (const Triangle& t : more.triangles)
+    mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+}
+
+/// The sleeves of a graft are part of its surface; a level set holds the metal only.
+TriangleMesh cover_of(const stents::Specification& s, const Way& way, const Pattern& pattern,
+                      double diameter) {
+  const double spacing = 0.05 * diameter;
+  const Polyline axis = resample(way.axis.points, way.start, way.start + pattern.length, spacing);
+  try {
+    return stents::cover_surface(s.cover, axis, std::vector<double>(axis.size(), 0.5 * diameter),
+                                 s.section.thickness);
+  } catch (const std::invalid_argument& error) {
+    refuse("--diameter", error.what());
+  }
+}
+
+void write_level_set(const PlacedStent& stent, const TriangleMesh& cover, const Arguments& a,
+                     double scale) {
   const double thinnest = std::min(stent.section.width, stent.section.thickness);
   const double voxel = a.voxel.empty() ? thinnest / 6 : length_option(a.voxel, "--voxel");
   Progress progress;
@@ -158,6 +180,7 @@ void write_level_set(const PlacedStent& stent, const Arguments& a, double scale)
     }
   } else {
     TriangleMesh mesh = level_set.surface();
+    append(mesh, cover);
     for (Vec3& p : mesh.points) p *= scale;
     const vessels::Surface surface = vessels::make_surface(std::move(mesh), "stent");
     vessels::write_surface(surface, surface.mesh.points,
@@ -201,7 +224,10 @@ void print_summary(const stents::Specification& s, const stents::Design& design,
     std::printf("after deflation   %.4g mm (recoil %.1f %%)\n", diameter * (1 - s.recoil),
                 100 * s.recoil);
   }
-  if (s.cover.inner > 0 || s.cover.outer > 0) std::printf("cover             is not drawn\n");
+  if (stents::covered(s.cover)) {
+    std::printf("cover             %.3g mm inside, %.3g mm outside; drawn in .stl only\n",
+                s.cover.inner, s.cover.outer);
+  }
 }
 
 void run(const Arguments& a) {
@@ -254,7 +280,7 @@ void run(const Arguments& a) {
   if (extension == ".vtp") {
     write_lines(stent, scale, a.out);
   } else {
-    write_level_set(stent, a, scale);
+    write_level_set(stent, cover_of(specification, way, pattern, diameter), a, scale);
   }
   std::cout << "result            " << a.out << '\n';
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "deployment/strut_contacts.hpp"
+#include "stents/cover.hpp"
 #include "vessels/error.hpp"
 #include "vessels/text.hpp"
 
@@ -105,9 +106,14 @@ class StentContact {
     state_ = std::move(state);
   }
 
-  /// Takes the balloon away: the wall settles on the struts.
+  /// Takes the balloon away: the wall settles on the struts, or on the sleeve of a graft.
   void deflate(StentState state) {
     const Case& c = setup_.specification;
+    const stents::Cover& cover = setup_.design_specification.cover;
+    if (stents::covered(cover)) {
+      for (double& r : state.radii) r += cover.outer;
+      return grow(std::move(state), balloon_voxel_size(setup_));
+    }
     const stents::CrossSection& strut = setup_.design_specification.section;
     reach_ = 0.5 * std::min(strut.width, strut.thickness);
     state_ = std::move(state);
@@ -236,10 +242,11 @@ Outcome deploy(const Setup& setup, const Observer& observe) {
     outcome.positions[v] = solver.positions()[i];
     outcome.moved[v] = 1;
   }
-  outcome.axis = stent.state().axis;
-  outcome.radii = stent.state().radii;
-  outcome.stent = solid_of(setup, stent.state());
-  outcome.struts = stent.state().struts;
+  const StentState final_state = stent_state(setup, 1);
+  outcome.axis = final_state.axis;
+  outcome.radii = final_state.radii;
+  outcome.stent = solid_of(setup, final_state);
+  outcome.struts = final_state.struts;
   outcome.contact_force = outcome.history.empty() ? 0 : outcome.history.back().contact_force;
   return outcome;
 }

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "sdf/polyline.hpp"
+#include "stents/cover.hpp"
 #include "stents/pattern_metrics.hpp"
 #include "vessels/error.hpp"
 #include "vessels/file_guard.hpp"
@@ -37,13 +38,24 @@ sdf::LevelSet stent_level_set(const Setup& setup, const sdf::Solid& solid) {
   return sdf::voxelise(solid, {*setup.specification.voxel_size, 3});
 }
 
-/// The stent's surface in the unit of the vessel's file.
-void write_stent_surface(const Setup& setup, const sdf::LevelSet& level_set, const fs::path& path) {
-  TriangleMesh mesh = level_set.surface();
+/// In the unit of the vessel's file.
+void write_mesh(const Setup& setup, TriangleMesh mesh, const fs::path& path) {
   for (Vec3& p : mesh.points) p /= vessels::millimetres_per(setup.surface.unit);
   const vessels::Surface surface = vessels::make_surface(std::move(mesh), "stent");
   vessels::write_surface(surface, surface.mesh.points,
                          std::vector<char>(surface.mesh.points.size(), 0), path);
+}
+
+void write_stent_surface(const Setup& setup, const sdf::LevelSet& level_set, const fs::path& path) {
+  write_mesh(setup, level_set.surface(), path);
+}
+
+void write_cover(const Setup& setup, const Outcome& outcome, const fs::path& path) {
+  const stents::Specification& design = setup.design_specification;
+  write_mesh(
+      setup,
+      stents::cover_surface(design.cover, outcome.axis, outcome.radii, design.section.thickness),
+      path);
 }
 
 std::string step_name(const std::string& what, int step) {
@@ -186,6 +198,8 @@ Metrics write_results(const Setup& setup, const Outcome& outcome, const fs::path
     throw Error(ExitCode::output, std::string("stent.vdb: ") + error.what());
   }
   write_stent_surface(setup, level_set, stage / "stent.vtp");
+  if (setup.design && stents::covered(setup.design_specification.cover))
+    write_cover(setup, outcome, stage / "cover.vtp");
   if (outcome.struts) write_strut_lines(setup, *outcome.struts, stage / "struts.vtp");
   vessels::write_centerline(setup.centerline, surface.unit, stage / "centerline.vtp");
   vessels::write_whole(stage / "case.json", to_json(setup.specification).dump(2) + "\n");

@@ -378,6 +378,30 @@ void warn_of_cut_patch(Setup& setup) {
                            ") is cut short by an open rim or a cap; the wall there is held");
 }
 
+/// What the bend does to the design, that no deployment can mend.
+void warn_of_bent_design(Setup& setup) {
+  if (!setup.design) return;
+  const stents::PlacedStent struts = *stent_state(setup, 1).struts;
+  if (!struts.overlapping_rings.empty()) {
+    std::string pairs;
+    for (const auto& [a, b] : struts.overlapping_rings)
+      pairs += (pairs.empty() ? "" : ", ") + std::to_string(a) + " and " + std::to_string(b);
+    setup.warnings.push_back("rings meet on the inside of the bend: " + pairs + " (from 0)");
+  }
+  const double width = setup.design_specification.section.width;
+  if (struts.largest_gap > 0.5 * width) {
+    setup.warnings.push_back(
+        "welded rings stay rigid in the bend, where their joints open by up to " +
+        mm(struts.largest_gap) + "; a real stent bends its struts");
+  }
+  constexpr double kNotable = 0.05;
+  if (struts.largest_connector_strain > kNotable) {
+    setup.warnings.push_back(
+        "connectors reach from ring to ring in the bend only with their length changed by up to " +
+        number(100 * struts.largest_connector_strain) + " %");
+  }
+}
+
 void derive_solver(Setup& setup) {
   Case& c = setup.specification;
   if (!c.iterations) c.iterations = 4;
@@ -464,6 +488,7 @@ Setup prepare(Case specification) {
     derive_tube_voxels(setup);
   }
   derive_solver(setup);
+  warn_of_bent_design(setup);
   return setup;
 }
 

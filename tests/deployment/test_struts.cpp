@@ -177,6 +177,31 @@ TEST(StrutDeployment, OpensANarrowedCoronaryArteryAtItsLesion) {
             0.5 * 0.081);  // nowhere through a strut's middle
 }
 
+// The sleeve carries the wall between the struts too: it rests 0.1 mm outside the metal everywhere,
+// up to the sag e^2 / (8 R) of its facets and the contact tolerance.
+TEST(StrutDeployment, ACoverKeepsTissueOutOfTheCells) {
+  const tests::TemporaryFolder folder;
+  const vessels::Surface vessel = vessels::make_surface(straight_tube(1.5, 9, 0.3), "tube");
+  vessels::write_surface(vessel, vessel.mesh.points,
+                         std::vector<char>(vessel.mesh.points.size(), 0), folder / "tube.vtp");
+  std::ofstream(folder / "design.json") << R"({"preset": "xience_s", "cover": {"outer": "0.1mm"}})";
+  nlohmann::json specification = {
+      {"vessel", {{"surface", (folder / "tube.vtp").string()}, {"units", "mm"}}},
+      {"stent",
+       {{"at", {0, 0, 4.5}},
+        {"design", (folder / "design.json").string()},
+        {"length", "2.5mm"},
+        {"diameter", "3.3mm"}}},
+      {"patch", {{"edge_length", "0.15mm"}}}};
+  const tests::WholeRun r = tests::run(folder, parse_case(specification, "test", "/"));
+  EXPECT_TRUE(r.outcome.converged);
+  EXPECT_TRUE(std::filesystem::exists(folder / "cover.vtp"));
+  EXPECT_EQ(r.metrics.struts->largest_prolapse, 0);
+  EXPECT_EQ(r.metrics.deepest_penetration, 0);
+  const double sag = 0.3 * 0.3 / (8 * 1.75);  // of the file's own facets, which refining keeps
+  EXPECT_NEAR(r.metrics.struts->mean_gap, 0.1, sag + 0.01);
+}
+
 TEST(StrutDeployment, ResultsOnTheInputsOwnVerticesKeepItsMesh) {
   const tests::TemporaryFolder folder;
   const vessels::Surface vessel = vessels::make_surface(straight_tube(1.5, 9, 0.3), "tube");
