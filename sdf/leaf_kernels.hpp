@@ -1,10 +1,11 @@
-// The inner loops that fill a leaf of 8^3 nodes with distances, compiled once for any machine and
-// once for wide registers; both give the same bits. Coordinates are counted from the leaf's middle,
-// so that single precision keeps the distances to its own rounding wherever the solid lies.
+// The inner loops that fill a leaf of 8^3 nodes with distances and that read from leaves, compiled
+// once for any machine and once for wide registers; both give the same bits. Coordinates are
+// counted from the leaf's middle, so that single precision keeps the distances to its own rounding
+// wherever the solid lies.
 #pragma once
 
 #include <array>
-#include <cstdint>
+#include <cstddef>
 #include <span>
 
 namespace vstent::sdf {
@@ -16,9 +17,6 @@ constexpr int kLeafNodes = 512;
 struct alignas(32) LeafValues {
   std::array<float, kLeafNodes> at;
 };
-
-/// Bit 8 j + k of word i: |value| is below the band.
-using LeafMask = std::array<std::uint64_t, 8>;
 
 /// middle + (i - 3.5) x + (j - 3.5) y + (k - 3.5) z at node (i, j, k).
 struct Affine {
@@ -77,6 +75,20 @@ struct LeafCone {
   std::array<Cap, 2> cap;
 };
 
+/// Where the 4^3 nodes around a point are.
+struct LeafPlace {
+  static constexpr std::ptrdiff_t kStep[3]{25, 5, 1};
+  const float* const* leaves;  ///< from the first node's on; kStep apart along each axis
+  int first[3];                ///< node in the first leaf
+  float fraction[3];           ///< of the way from the second node to the third
+};
+constexpr std::size_t kPlaces = 16;  ///< at most, in one call
+
+struct LeafSample {
+  float value;
+  float slope[3];  ///< twice the gradient, per node
+};
+
 /// Each lowers the values to the least distance over the pieces it is given.
 struct LeafKernels {
   void (*lower_to_thin)(std::span<const LeafCapsule>, float radius, LeafValues& values);
@@ -86,8 +98,12 @@ struct LeafKernels {
   void (*lower_to_cone)(const LeafCone&, double voxel_size, LeafValues& values);
   /// Uncut distances to pieces that end at a plane, all nodes being behind it.
   void (*lower_to_larger)(const LeafValues& uncut, const Affine& beyond, LeafValues& values);
-  /// Copies the values, none beyond +-background, and marks those within it; is there any?
-  bool (*store)(const LeafValues& values, float background, float* leaf, LeafMask& active);
+  /// Copies the values, none beyond +-background; how many are within?
+  int (*store)(const LeafValues& values, float background, float* leaf);
+  /// Trilinear values and nodal gradients; `inside` or `outside` and no slope where a node has
+  /// either.
+  void (*sample)(std::span<const LeafPlace> places, float inside, float outside,
+                 LeafSample* samples);
 };
 
 const LeafKernels& baseline_leaf_kernels();

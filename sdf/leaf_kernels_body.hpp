@@ -1,55 +1,16 @@
 // Body of the leaf kernels: included by one .cpp per instruction set. Everything here has internal
-// linkage, so that code for wide registers cannot leak into other files.
-#include <immintrin.h>
-
-#include <bit>
+// linkage.
 #include <cmath>
 #include <limits>
 
 #include "sdf/leaf_kernels.hpp"
+#include "sdf/wide.hpp"
 
 namespace vstent::sdf {
 namespace {
 
-typedef float Wide __attribute__((vector_size(32), may_alias));
-
 constexpr Wide kRamp{-3.5f, -2.5f, -1.5f, -0.5f, 0.5f, 1.5f, 2.5f, 3.5f};
 constexpr int kRows = 64;
-
-inline Wide wide(float a) { return Wide{a, a, a, a, a, a, a, a}; }
-
-#ifdef __AVX2__
-inline Wide root(Wide a) { return (Wide)_mm256_sqrt_ps((__m256)a); }
-inline Wide smaller(Wide a, Wide b) { return (Wide)_mm256_min_ps((__m256)a, (__m256)b); }
-inline Wide larger(Wide a, Wide b) { return (Wide)_mm256_max_ps((__m256)a, (__m256)b); }
-inline std::uint64_t below(Wide a, Wide b) {
-  return static_cast<std::uint64_t>(
-      _mm256_movemask_ps(_mm256_cmp_ps((__m256)a, (__m256)b, _CMP_LT_OQ)));
-}
-#else
-struct Halves {
-  __m128 low, high;
-};
-inline Halves halves(Wide a) { return std::bit_cast<Halves>(a); }
-inline Wide root(Wide a) {
-  return std::bit_cast<Wide>(Halves{_mm_sqrt_ps(halves(a).low), _mm_sqrt_ps(halves(a).high)});
-}
-inline Wide smaller(Wide a, Wide b) {
-  return std::bit_cast<Wide>(
-      Halves{_mm_min_ps(halves(a).low, halves(b).low), _mm_min_ps(halves(a).high, halves(b).high)});
-}
-inline Wide larger(Wide a, Wide b) {
-  return std::bit_cast<Wide>(
-      Halves{_mm_max_ps(halves(a).low, halves(b).low), _mm_max_ps(halves(a).high, halves(b).high)});
-}
-inline std::uint64_t below(Wide a, Wide b) {
-  const int low = _mm_movemask_ps(_mm_cmplt_ps(halves(a).low, halves(b).low));
-  const int high = _mm_movemask_ps(_mm_cmplt_ps(halves(a).high, halves(b).high));
-  return static_cast<std::uint64_t>(low | high << 4);
-}
-#endif
-
-inline Wide absolute(Wide a) { return larger(a, -a); }
 
 inline Wide* rows(LeafValues& values) { return reinterpret_cast<Wide*>(values.at.data()); }
 inline const Wide* rows(const LeafValues& values) {
@@ -299,27 +260,17 @@ void lower_to_larger(const LeafValues& uncut, const Affine& beyond, LeafValues& 
       plane);
 }
 
-bool store(const LeafValues& values, float background, float* leaf, LeafMask& active) {
+int store(const LeafValues& values, float background, float* leaf) {
   const Wide limit = wide(background);
   const Wide* from = rows(values);
-  std::uint64_t any = 0;
-  for (std::size_t i = 0; i < kLeafSide; ++i) {
-    std::uint64_t word = 0;
-    for (std::size_t j = 0; j < kLeafSide; ++j) {
-      const Wide value = from[8 * i + j];
-      const Wide kept = smaller(larger(value, -limit), limit);
-      __builtin_memcpy(leaf + 64 * i + 8 * j, &kept, sizeof kept);
-      word |= below(absolute(value), limit) << (8 * j);
-    }
-    active[i] = word;
-    any |= word;
+  int active = 0;
+  for (int row = 0; row < kRows; ++row) {
+    const Wide kept = smaller(larger(from[row], -limit), limit);
+    __builtin_memcpy(leaf + 8 * row, &kept, sizeof kept);
+    active += std::popcount(below(absolute(from[row]), limit));
   }
-  return any != 0;
+  return active;
 }
-
-constexpr LeafKernels kTable{
-    lower_to_thin,   lower_to_thick, lower_to_struts, lower_to_cut_capsules, lower_to_cone,
-    lower_to_larger, store};
 
 }  // namespace
 }  // namespace vstent::sdf
