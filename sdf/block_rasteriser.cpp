@@ -128,36 +128,43 @@ bool BlockRasteriser::yields(int piece, const Vec3& middle, double along) const 
   return true;
 }
 
-/// Lists the piece in the leaves that its band touches.
+/// Lists the piece in the leaves that its band touches. The innermost loop of binning: by single
+/// coordinates, and with the cheap refusals first.
 void BlockRasteriser::bin_to_leaves(int piece, const Index3& lower, const Index3& upper) {
   const Rasteriser::Shape& shape = scene_.shapes_[static_cast<std::size_t>(piece)];
   const double h = scene_.voxel_size_;
   const double limit = scene_.band_ * (1 + kRounding);
   const double farthest = shape.outer_radius + limit + leaf_reach_.corner * (1 + kRounding);
-  const auto candidate = [&](const Vec3& middle, double along, Candidate& c) {
-    const Vec3 away = middle - shape.a - std::clamp(along, 0.0, shape.length) * shape.axis;
-    const double squared = away.squaredNorm();
-    if (squared > farthest * farthest) return false;
+  const LeafVector axis = vector(shape.axis);
+  const auto visit = [&](const Index3& leaf) {
+    const Vec3 middle = middle_of(leaf, kLeafSide, h);
+    const double x = middle.x() - shape.a.x(), y = middle.y() - shape.a.y(),
+                 z = middle.z() - shape.a.z();
+    const double along = x * axis.x + y * axis.y + z * axis.z;
+    if (shape.is_plain && shape.continues && along - shape.reach >= shape.length) return;  // yields
+    const double s = std::clamp(along, 0.0, shape.length);
+    const double away_x = x - s * axis.x, away_y = y - s * axis.y, away_z = z - s * axis.z;
+    const double squared = away_x * away_x + away_y * away_y + away_z * away_z;
+    if (squared > farthest * farthest || yields(piece, middle, along)) return;
+    const int n = ((leaf[0] - lower[0]) * LeafPage::kSide + leaf[1] - lower[1]) * LeafPage::kSide +
+                  leaf[2] - lower[2];
+    std::vector<Candidate>& near = of_leaf_[static_cast<std::size_t>(n)];
     if (!shape.is_plain) {
-      c.sample = scene_.pieces_.distance(piece, middle);
-      return leaf_reach_.least(scene_.pieces_.uncut_distance(piece, middle)) <= limit;
+      if (leaf_reach_.least(scene_.pieces_.uncut_distance(piece, middle)) > limit) return;
+      near.push_back({piece, scene_.pieces_.distance(piece, middle)});
+      return;
     }
     const double from_axis = std::sqrt(squared);
-    c.sample = {from_axis - shape.outer_radius,
-                from_axis > 0 ? Vec3(away / from_axis) : Vec3(Vec3::Zero())};
-    return leaf_reach_.least(c.sample) <= limit;
+    const double distance = from_axis - shape.outer_radius;
+    const double inverse = from_axis > 0 ? 1 / from_axis : 0;
+    const double slope = (std::abs(away_x) + std::abs(away_y) + std::abs(away_z)) * inverse;
+    if (distance - (slope > 0 ? leaf_reach_.half * slope : leaf_reach_.corner) > limit) return;
+    Candidate& c = near.emplace_back();
+    c.piece = piece;
+    c.sample.distance = distance;
+    c.sample.gradient = {away_x * inverse, away_y * inverse, away_z * inverse};
   };
-  visit_cells(shape.a, shape.b, shape.outer_radius + limit, kLeafSide * h, lower, upper,
-              [&](const Index3& leaf) {
-                const Vec3 middle = middle_of(leaf, kLeafSide, h);
-                const double along = (middle - shape.a).dot(shape.axis);
-                Candidate c{piece, {}};
-                if (!candidate(middle, along, c) || yields(piece, middle, along)) return;
-                const int n = ((leaf[0] - lower[0]) * LeafPage::kSide + leaf[1] - lower[1]) *
-                                  LeafPage::kSide +
-                              leaf[2] - lower[2];
-                of_leaf_[static_cast<std::size_t>(n)].push_back(c);
-              });
+  visit_cells(shape.a, shape.b, shape.outer_radius + limit, kLeafSide * h, lower, upper, visit);
 }
 
 /// Where its values are.
@@ -198,13 +205,15 @@ void BlockRasteriser::resolve(const Candidate& c, const Vec3& middle) {
   const auto is_thick = [&](double radius) {
     return radius >= 16 * scene_.voxel_size_ && radius >= 2 * scene_.band_;
   };
-  Entry entry{Kind::cone, segment.radius, c.piece};
-  if (pieces.joints() == Joints::flat) {
-    entries_.push_back(entry);
+  if (shape.is_plain) {
+    Entry& whole = entries_.emplace_back();
+    whole.kind = is_thick(segment.radius) && segment.length > 0 ? Kind::thick : Kind::thin;
+    whole.radius = segment.radius;
+    whole.piece = c.piece;
     return;
   }
-  if (shape.is_plain) {
-    entry.kind = is_thick(segment.radius) && segment.length > 0 ? Kind::thick : Kind::thin;
+  Entry entry{Kind::cone, segment.radius, c.piece};
+  if (pieces.joints() == Joints::flat) {
     entries_.push_back(entry);
     return;
   }
@@ -241,20 +250,12 @@ void BlockRasteriser::resolve(const Candidate& c, const Vec3& middle) {
   entries_.push_back(entry);
 }
 
-/// The rows within the band of the box around the piece.
-LeafRows BlockRasteriser::rows_of(int piece, const Vec3& middle) const {
+/// The planes within the band of the box around the piece.
+LeafPlanes BlockRasteriser::planes_of(int piece, const Vec3& middle) const {
   const Rasteriser::Shape& shape = scene_.shapes_[static_cast<std::size_t>(piece)];
-  const double margin = shape.outer_radius + scene_.band_ * (1 + kRounding) + leaf_reach_.half;
-  const double per_node = 1 / scene_.voxel_size_;
-  const auto range = [&](int axis) {  // rounded outwards
-    const auto [low, high] = std::minmax(shape.a[axis], shape.b[axis]);
-    const double from = std::clamp((low - margin - middle[axis]) * per_node + 7, 0.0, 8.0);
-    const double end = std::clamp((high + margin - middle[axis]) * per_node + 1, 0.0, 8.0);
-    return std::pair(static_cast<int>(from), static_cast<int>(end));
-  };
-  const auto [first_i, end_i] = range(0);
-  const auto [first_j, end_j] = range(1);
-  return {first_i, end_i, first_j, end_j};
+  const auto plane = [](double place) { return static_cast<int>(std::clamp(place, 0.0, 8.0)); };
+  const double x = middle.x() / scene_.voxel_size_;
+  return {plane(shape.first_plane - x), plane(shape.end_plane - x)};
 }
 
 void BlockRasteriser::evaluate(const Vec3& middle) {
@@ -297,7 +298,7 @@ void BlockRasteriser::lower_to_struts(std::size_t& entry, const Vec3& middle) {
                        .half_width = single(strut.half_width),
                        .half_thickness = single(strut.half_thickness),
                        .edge_radius = single(strut.edge_radius),
-                       .rows = rows_of(piece, middle)});
+                       .planes = planes_of(piece, middle)});
   }
   kernels_.lower_to_struts(struts_, values_);
 }
@@ -348,7 +349,7 @@ LeafCapsule BlockRasteriser::thin_capsule(int piece, const Vec3& middle) const {
   capsule.aside.middle = single(shape.aside.dot(from_a));
   capsule.past_b.middle = single(along - shape.length);
   capsule.before_a = single(-along);
-  capsule.rows = rows_of(piece, middle);
+  capsule.planes = planes_of(piece, middle);
   return capsule;
 }
 
@@ -373,7 +374,7 @@ LeafCapsule BlockRasteriser::thick_capsule(const Entry& entry, const Vec3& middl
           .aside = affine(along.cross(across), from_a, 0, h),
           .past_b = affine(along, from_a, length, h),
           .before_a = single(-along.dot(from_a)),
-          .rows = {}};
+          .planes = {}};
 }
 
 /// All that follow, and moves on beyond them.

@@ -75,9 +75,9 @@ class BlockRasteriser {
   enum class Verdict { outside, inside, band };
   enum class Kind { thin, thick, strut, cut, cone };
   struct Entry {
-    Kind kind;
-    double radius;
-    int piece;
+    Kind kind = Kind::cone;
+    double radius = 0;
+    int piece = -1;
     int caps = 0;
     std::array<int, 2> cap{-1, -1};
     int plane = -1;  // the one cap whose plane cuts it, where all nodes lie behind the plane
@@ -88,7 +88,7 @@ class BlockRasteriser {
   Verdict cull(const CubeReach& reach, std::vector<Candidate>& near) const;
   const float* fill_leaf(const Index3& origin, std::vector<Candidate>& near);
   void resolve(const Candidate& candidate, const Vec3& middle);
-  LeafRows rows_of(int piece, const Vec3& middle) const;
+  LeafPlanes planes_of(int piece, const Vec3& middle) const;
   void evaluate(const Vec3& middle);
   LeafCapsule thin_capsule(int piece, const Vec3& middle) const;
   LeafCapsule thick_capsule(const Entry& entry, const Vec3& middle) const;

@@ -39,7 +39,7 @@ class LeafDirectory {
   const LeafPage& page(std::size_t number) const { return pages_[number]; }
   /// Into a page that has been filled.
   void put(const IndexTable::Index& leaf, const float* values);
-  /// A cube of 4^3 blocks that lies inside; the first is 4 (i, j, k). Pages come before it.
+  /// A cube of 4^3 blocks that lies inside, but for those that have pages; the first is 4 (i, j, k).
   void put_inside_cube(const IndexTable::Index& cube) { inside_cubes_.find_or_add(cube); }
   /// Once all pages have their own leaves: adds those that follow, in parallel.
   void complete();

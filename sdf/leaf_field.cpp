@@ -6,30 +6,31 @@
 #include <cmath>
 
 namespace vstent::sdf {
+
+static_assert(sizeof(Sample) == 4 * sizeof(double));  // as the kernel writes it
+
 namespace {
 
-struct Cell {
-  int node;         // the last one not beyond the point
-  double fraction;  // from there, in [0, 1)
-};
-
-Cell cell_of(double index) {
-  const int truncated = static_cast<int>(index);
-  const int node = truncated - (static_cast<double>(truncated) > index);
-  return {node, index - node};
-}
-
-/// A row of nodes is half a cache line, and four of them lie in three lines at most.
-void prefetch(const LeafPlace& place) {
+/// Finds the rows and fetches them: a row of nodes is half a cache line.
+template <bool kEnds>
+void find_rows(LeafPlace& place) {
   const auto [first_i, first_j, first_k] = place.first;
-  for (int i = first_i; i < first_i + 4; ++i) {
-    for (const int j : {first_j, first_j + 2, first_j + 3}) {
-      const float* const* leaf =
-          place.leaves + LeafPlace::kStep[0] * (i >> 3) + LeafPlace::kStep[1] * (j >> 3);
-      const int row = (i & 7) << 6 | (j & 7) << 3;
-      _mm_prefetch(leaf[0] + row, _MM_HINT_T0);
-      if (first_k > 4) _mm_prefetch(leaf[1] + row, _MM_HINT_T0);
-    }
+  const float* const* leaves[4];
+  int at[4];
+  for (int j = 0; j < 4; ++j) {
+    leaves[j] = place.leaves + LeafPlace::kStep[1] * ((first_j + j) >> 3);
+    at[j] = ((first_j + j) & 7) << 3;
+  }
+  const int last_k = kEnds ? 4 : first_k;
+#pragma GCC unroll 12
+  for (int n = 0; n < LeafPlace::kRows; ++n) {
+    const auto [row_i, j] = LeafPlace::kRowOf[n];
+    const int i = first_i + row_i;
+    const float* const* leaf = leaves[j] + LeafPlace::kStep[0] * (i >> 3);
+    const int row = (i & 7) << 6 | at[j];
+    place.rows[n] = leaf[0] + row + last_k;
+    _mm_prefetch(place.rows[n], _MM_HINT_T0);
+    if constexpr (kEnds) _mm_prefetch(leaf[1] + row, _MM_HINT_T0);
   }
 }
 
@@ -63,47 +64,47 @@ double bend(const LeafPlace& place) {
 
 }  // namespace
 
-/// No leaves where x is beyond what can be indexed.
-LeafPlace LeafCursor::place_of(const Vec3& x, Loose& loose) {
-  const Vec3 index = (x - field_.origin) * per_node_;
+LeafCursor::LeafCursor(const LeafField& field)
+    : field_(field),
+      per_node_(1 / field.voxel_size),
+      range_{.inside = field.inside,
+             .outside = field.outside,
+             .innermost = static_cast<double>(field.inside) + field.voxel_size,
+             .outermost = static_cast<double>(field.outside) - field.voxel_size} {}
+
+void LeafCursor::locate(const Vec3& x, LeafPlace& place, Loose& loose) {
   constexpr double kLargestIndex = 1 << 30;
-  if (!((index.array().abs() < kLargestIndex).all())) return {};
-  const Cell cells[3]{cell_of(index.x()), cell_of(index.y()), cell_of(index.z())};
-  LeafPlace place;
-  IndexTable::Index block, leaf;
+  IndexTable::Index first;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const int first = cells[axis].node - 1;
-    place.first[axis] = first & 7;
-    place.fraction[axis] = static_cast<float>(cells[axis].fraction);
-    leaf[axis] = first >> 3;
-    block[axis] = first >> 5;
+    const auto a = static_cast<Eigen::Index>(axis);
+    const double index = (x[a] - field_.origin[a]) * per_node_;
+    if (!(std::abs(index) < kLargestIndex)) {
+      loose.fill(field_.leaves.outside());
+      place = {loose.data(), {}, {}, {}};
+      return;
+    }
+    const int truncated = static_cast<int>(index);
+    const int node = truncated - (static_cast<double>(truncated) > index);
+    first[axis] = node - 1;
+    place.first[axis] = first[axis] & 7;
+    place.fraction[axis] = static_cast<float>(index - node);
   }
-  const bool is_same = block[0] == block_[0] && block[1] == block_[1] && block[2] == block_[2];
-  if (!is_same || !page_) {
+  const auto [i, j, k] = first;
+  const IndexTable::Index block{i >> 5, j >> 5, k >> 5};
+  if (!page_ || ((block[0] ^ block_[0]) | (block[1] ^ block_[1]) | (block[2] ^ block_[2])) != 0) {
     block_ = block;
     page_ = field_.leaves.find_page(block);
   }
   if (page_) {
-    place.leaves = page_->leaves.data() + LeafPage::place(leaf[0] & 3, leaf[1] & 3, leaf[2] & 3);
-    return place;
+    place.leaves = page_->leaves.data() + LeafPage::place(i >> 3 & 3, j >> 3 & 3, k >> 3 & 3);
+    return;
   }
   for (int n = 0; n < 8; ++n) {
-    const int i = n >> 2, j = n >> 1 & 1, k = n & 1;
-    loose[LeafPage::place(i, j, k)] = field_.leaves.find(leaf[0] + i, leaf[1] + j, leaf[2] + k);
+    const int di = n >> 2, dj = n >> 1 & 1, dk = n & 1;
+    loose[LeafPage::place(di, dj, dk)] =
+        field_.leaves.find((i >> 3) + di, (j >> 3) + dj, (k >> 3) + dk);
   }
   place.leaves = loose.data();
-  return place;
-}
-
-Sample LeafCursor::finish(const LeafSample& sample) const {
-  const auto value = static_cast<double>(sample.value);
-  const auto outside = static_cast<double>(field_.outside);
-  const auto inside = static_cast<double>(field_.inside);
-  if (value >= outside - field_.voxel_size) return {outside, Vec3::Zero()};
-  if (value <= inside + field_.voxel_size) return {inside, Vec3::Zero()};
-  const Vec3 slope = Eigen::Map<const Eigen::Vector3f>(sample.slope).cast<double>();
-  const double norm = slope.norm();
-  return {value, norm > 0 ? Vec3(slope * (1 / norm)) : Vec3(Vec3::Zero())};
 }
 
 Sample LeafCursor::sample(const Vec3& x) {
@@ -114,20 +115,15 @@ Sample LeafCursor::sample(const Vec3& x) {
 
 void LeafCursor::sample(std::span<const Vec3> points, std::span<Sample> samples) {
   std::array<LeafPlace, kPlaces> places;
-  std::array<LeafSample, kPlaces> found;
   std::array<Loose, kPlaces> loose;
   for (std::size_t begin = 0; begin < points.size(); begin += kPlaces) {
     const std::size_t count = std::min(kPlaces, points.size() - begin);
     for (std::size_t n = 0; n < count; ++n) {
-      places[n] = place_of(points[begin + n], loose[n]);
-      if (!places[n].leaves) {  // a place outside
-        places[n].leaves = loose[n].data();
-        loose[n].fill(field_.leaves.outside());
-      }
-      prefetch(places[n]);
+      locate(points[begin + n], places[n], loose[n]);
+      places[n].first[2] > 4 ? find_rows<true>(places[n]) : find_rows<false>(places[n]);
     }
-    kernels_.sample(std::span(places).first(count), field_.inside, field_.outside, found.data());
-    for (std::size_t n = 0; n < count; ++n) samples[begin + n] = finish(found[n]);
+    kernels_.sample(std::span(places).first(count), range_,
+                    reinterpret_cast<double(*)[4]>(samples.data() + begin));
   }
 }
 
@@ -135,7 +131,9 @@ Sample LeafCursor::sample_closely(const Vec3& x) {
   Sample result = sample(x);
   if (result.gradient.isZero()) return result;
   Loose loose;
-  result.distance -= bend(place_of(x, loose));
+  LeafPlace place;
+  locate(x, place, loose);
+  result.distance -= bend(place);
   return result;
 }
 

@@ -21,7 +21,7 @@ struct LeafField {
 /// One thread's view: points that follow one another in space find their leaves ready.
 class LeafCursor {
  public:
-  explicit LeafCursor(const LeafField& field) : field_(field), per_node_(1 / field.voxel_size) {}
+  explicit LeafCursor(const LeafField& field);
   /// As LevelSet::sample.
   Sample sample(const Vec3& x);
   /// The same bits: finds and fetches the nodes of several points before it looks at any.
@@ -34,11 +34,12 @@ class LeafCursor {
   /// Pointers to leaves where no page has them.
   using Loose = std::array<const float*, 32>;
 
-  LeafPlace place_of(const Vec3& x, Loose& loose);
-  Sample finish(const LeafSample& sample) const;
+  /// All but the rows. Outside, where x is beyond what can be indexed.
+  void locate(const Vec3& x, LeafPlace& place, Loose& loose);
 
   const LeafField& field_;
-  double per_node_;
+  const double per_node_;
+  const LeafRange range_;
   const LeafKernels& kernels_ = leaf_kernels();
   IndexTable::Index block_{};
   const LeafPage* page_ = nullptr;

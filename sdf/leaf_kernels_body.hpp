@@ -20,11 +20,11 @@ inline const Wide* rows(const LeafValues& values) {
 /// An affine function row by row: the nodes of a row differ in k.
 class Sweep {
  public:
-  Sweep(const Affine& affine, float middle, float sign)
-      : along_z_(wide(sign * affine.z) * kRamp), middle_(middle), x_(sign * affine.x) {
-    for (int j = 0; j < kLeafSide; ++j) along_y_[j] = sign * affine.y * kRamp[j];
+  Sweep(const Affine& affine, float middle)
+      : along_z_(wide(affine.z) * kRamp), middle_(middle), x_(affine.x) {
+    for (int j = 0; j < kLeafSide; ++j) along_y_[j] = affine.y * kRamp[j];
   }
-  explicit Sweep(const Affine& affine) : Sweep(affine, affine.middle, 1) {}
+  explicit Sweep(const Affine& affine) : Sweep(affine, affine.middle) {}
   void enter(int i) { plane_ = along_z_ + wide(middle_ + x_ * kRamp[i]); }
   Wide row(int j) const { return plane_ + wide(along_y_[j]); }
 
@@ -38,20 +38,25 @@ class Sweep {
 class Overshoot {
  public:
   Overshoot(const Affine& past_b, float before_a)
-      : past_b_(past_b), before_a_(past_b, before_a, -1) {}
-  void enter(int i) { past_b_.enter(i), before_a_.enter(i); }
-  Wide row(int j) const { return larger(larger(past_b_.row(j), before_a_.row(j)), Wide{}); }
+      : past_b_(past_b), minus_before_a_(past_b, -before_a) {}
+  void enter(int i) { past_b_.enter(i), minus_before_a_.enter(i); }
+  Wide row(int j) const {
+    return larger(larger(past_b_.row(j), Wide{} - minus_before_a_.row(j)), Wide{});
+  }
 
  private:
-  Sweep past_b_, before_a_;
+  Sweep past_b_, minus_before_a_;
 };
 
-/// Visits the rows of a piece whose coordinates are swept along.
+/// Visits the rows of the planes [first, end) of a piece whose coordinates are swept along. All
+/// rows of a plane, since a loop of unknown length costs more than the rows that it would leave
+/// out.
 template <class Visit, class... Sweeps>
-inline void for_each_row(const LeafRows& rows, Visit&& visit, Sweeps&... sweeps) {
-  for (int i = rows.first_i; i < rows.end_i; ++i) {
+inline void for_each_row(const LeafPlanes& planes, Visit&& visit, Sweeps&... sweeps) {
+  for (int i = planes.first; i < planes.end; ++i) {
     (sweeps.enter(i), ...);
-    for (int j = rows.first_j; j < rows.end_j; ++j) visit(8 * i + j, sweeps.row(j)...);
+#pragma GCC unroll 1  // the steps along j stay in memory, whence they are broadcast for free
+    for (int j = 0; j < kLeafSide; ++j) visit(8 * i + j, sweeps.row(j)...);
   }
 }
 
@@ -65,7 +70,7 @@ inline void lower_to_capsules(std::span<const LeafCapsule> capsules, const Measu
     Sweep across(capsule.across), aside(capsule.aside);
     Overshoot over(capsule.past_b, capsule.before_a);
     for_each_row(
-        capsule.rows,
+        capsule.planes,
         [&](int row, Wide a, Wide b, Wide c) {
           least[row] = smaller(least[row], measure(a, b, c));
         },
@@ -118,7 +123,7 @@ void lower_to_cut_capsules(std::span<const LeafCutCapsule> capsules, LeafValues&
     Overshoot over(cut.capsule.past_b, cut.capsule.before_a);
     Sweep beyond(cut.beyond), disc_across(cut.across), disc_aside(cut.aside);
     for_each_row(
-        LeafRows{},
+        LeafPlanes{},
         [&](int row, Wide a, Wide b, Wide past, Wide c, Wide z, Wide rim, Wide rim_aside) {
           const Wide excess = side.excess(a, b, c), from_axis = side.from_axis(excess);
           const Wide uncut = side.distance(excess, from_axis);
@@ -141,7 +146,7 @@ void lower_to_struts(std::span<const LeafStrut> struts, LeafValues& values) {
     Sweep sideways(strut.sideways), height(strut.height);
     Overshoot over(strut.past_b, strut.before_a);
     for_each_row(
-        strut.rows,
+        strut.planes,
         [&](int row, Wide lateral, Wide high, Wide beyond) {
           const Wide side = root(lateral * lateral + beyond * beyond) - wide(strut.half_width);
           const Wide face = absolute(high) - wide(strut.half_thickness);
@@ -255,7 +260,7 @@ void lower_to_larger(const LeafValues& uncut, const Affine& beyond, LeafValues& 
   Wide* result = rows(values);
   Sweep plane(beyond);
   for_each_row(
-      LeafRows{},
+      LeafPlanes{},
       [&](int row, Wide z) { result[row] = smaller(result[row], larger(distance[row], z)); },
       plane);
 }

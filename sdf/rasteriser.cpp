@@ -53,6 +53,8 @@ void Rasteriser::prepare_shapes(const Solid& solid) {
     const Vec3& axis = pieces_.axis(piece);
     const Vec3 sideways = sideways_of(pieces_, piece, axis);
     const Vec3 along = axis.isZero() ? Vec3(sideways.unitOrthogonal()) : axis;
+    const double margin = pieces_.outer_radius(piece) + band_ * (1 + 1e-9) + leaf.half;
+    const auto [least_x, largest_x] = std::minmax(a.x(), b.x());
     shapes_.push_back({.a = a,
                        .b = b,
                        .axis = axis,
@@ -62,10 +64,12 @@ void Rasteriser::prepare_shapes(const Solid& solid) {
                        .length = (b - a).norm(),
                        .outer_radius = pieces_.outer_radius(piece),
                        .reach = leaf.half * axis.cwiseAbs().sum(),
+                       .first_plane = (least_x - margin) / voxel_size_ + 7,  // rounded outwards
+                       .end_plane = (largest_x + margin) / voxel_size_ + 1,
                        .thin = {.across = slopes(sideways),
                                 .aside = slopes(along.cross(sideways)),
                                 .past_b = slopes(along),
-                                .rows = {}},
+                                .planes = {}},
                        .is_plain = pieces_.is_convex(piece) && !pieces_.is_strut(piece) &&
                                    pieces_.segment(piece).sine == 0});
   }

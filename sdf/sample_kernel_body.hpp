@@ -1,5 +1,7 @@
 // Body of the sampling kernel: included by one .cpp per instruction set. Everything here has
 // internal linkage.
+#include <cmath>
+
 #include "sdf/leaf_kernels.hpp"
 #include "sdf/wide.hpp"
 
@@ -18,42 +20,36 @@ inline Row load(const float* nodes) {
   return loaded;
 }
 
-/// Nodes of two rows that differ in k. Where a leaf ends, the first kBefore are its last and the
-/// others begin the leaf that follows.
+/// Two rows. Where a leaf ends, the first kBefore nodes are its last and the others begin the leaf
+/// that follows.
 template <int kBefore>
-inline Wide load_rows(const float* const* leaf_a, int a, const float* const* leaf_b, int b) {
+inline Wide load_rows(const LeafPlace& place, int a, int b) {
+  const Wide rows = join(load(place.rows[a]), load(place.rows[b]));
   if constexpr (kBefore == 4) {
-    return join(load(leaf_a[0] + a), load(leaf_b[0] + b));
+    return rows;
   } else {
+    const auto next = [&](int row) {
+      const int i = place.first[0] + LeafPlace::kRowOf[row][0];
+      const int j = place.first[1] + LeafPlace::kRowOf[row][1];
+      const float* leaf =
+          place.leaves[LeafPlace::kStep[0] * (i >> 3) + LeafPlace::kStep[1] * (j >> 3) + 1];
+      return load(leaf + ((i & 7) << 6 | (j & 7) << 3));
+    };
     constexpr int s = 4 - kBefore;
     constexpr auto pick = [](int n) { return n < 4 ? n : n + 4; };
     constexpr WidePick kPick{pick(s),     pick(s + 1),     pick(s + 2),     pick(s + 3),
                              pick(s) + 4, pick(s + 1) + 4, pick(s + 2) + 4, pick(s + 3) + 4};
-    return __builtin_shuffle(join(load(leaf_a[0] + a + 4), load(leaf_b[0] + b + 4)),
-                             join(load(leaf_a[1] + a), load(leaf_b[1] + b)), kPick);
+    return __builtin_shuffle(rows, join(next(a), next(b)), kPick);
   }
 }
 
 /// Of the 4^3 nodes around a point, value and nodal gradient need all but those on the cube's
 /// edges.
 template <int kBefore>
-inline void sample_one(const LeafPlace& place, float inside, float outside, LeafSample& sample) {
-  const int first_k = kBefore == 4 ? place.first[2] : 0;
-  const float* const* leaves[4];
-  int at[4];
-  for (int j = 0; j < 4; ++j) {
-    const int node = place.first[1] + j;
-    leaves[j] = place.leaves + LeafPlace::kStep[1] * (node >> 3);
-    at[j] = (node & 7) << 3 | first_k;
-  }
-  const auto rows = [&](int i, int j, int other_j) {
-    const int node = place.first[0] + i, plane = (node & 7) << 6;
-    const std::ptrdiff_t leaf = LeafPlace::kStep[0] * (node >> 3);
-    return load_rows<kBefore>(leaves[j] + leaf, plane + at[j], leaves[other_j] + leaf,
-                              plane + at[other_j]);
-  };
-  const Wide inner[4]{rows(0, 1, 2), rows(1, 1, 2), rows(2, 1, 2), rows(3, 1, 2)};
-  const Wide outer[2]{rows(1, 0, 3), rows(2, 0, 3)};
+inline void sample_one(const LeafPlace& place, const LeafRange& range, double (&sample)[4]) {
+  const Wide inner[4]{load_rows<kBefore>(place, 0, 1), load_rows<kBefore>(place, 3, 4),
+                      load_rows<kBefore>(place, 7, 8), load_rows<kBefore>(place, 10, 11)};
+  const Wide outer[2]{load_rows<kBefore>(place, 2, 5), load_rows<kBefore>(place, 6, 9)};
 
   const Wide x = wide(place.fraction[0]);
   const Wide middle = mix(x, inner[1], inner[2]), beside = mix(x, outer[0], outer[1]);
@@ -71,20 +67,31 @@ inline void sample_one(const LeafPlace& place, float inside, float outside, Leaf
   const Wide least = smaller(inner[1], inner[2]), most = larger(inner[1], inner[2]);
   const Wide outer_least = smaller(smaller(inner[0], inner[3]), smaller(outer[0], outer[1]));
   const Wide outer_most = larger(larger(inner[0], inner[3]), larger(outer[0], outer[1]));
-  const unsigned is_within = below(wide(inside), least) & below(most, wide(outside));
+  const unsigned is_within = below(wide(range.inside), least) & below(most, wide(range.outside));
   const unsigned outer_is_within =
-      below(wide(inside), outer_least) & below(outer_most, wide(outside));
+      below(wide(range.inside), outer_least) & below(outer_most, wide(range.outside));
   constexpr unsigned kMiddle = 0x66;  // of the outer rows the first and the last node do not count
-  if (is_within == 0xFF && (outer_is_within & kMiddle) == kMiddle) {
-    __builtin_memcpy(&sample, &found, sizeof found);
-  } else {
-    sample = {inner[1][1] < 0 ? inside : outside, {}};
+  const auto distance = static_cast<double>(found[0]);
+  if (is_within != 0xFF || (outer_is_within & kMiddle) != kMiddle || distance >= range.outermost ||
+      distance <= range.innermost) {
+    const bool is_inside = is_within == 0xFF ? distance < 0 : inner[1][1] < 0;
+    sample[0] = static_cast<double>(is_inside ? range.inside : range.outside);
+    sample[1] = sample[2] = sample[3] = 0;
+    return;
   }
+  const auto slope_x = static_cast<double>(found[1]), slope_y = static_cast<double>(found[2]),
+             slope_z = static_cast<double>(found[3]);
+  const double norm = std::sqrt(slope_x * slope_x + slope_y * slope_y + slope_z * slope_z);
+  const double scale = norm > 0 ? 1 / norm : 0;
+  sample[0] = distance;
+  sample[1] = scale * slope_x;
+  sample[2] = scale * slope_y;
+  sample[3] = scale * slope_z;
 }
 
 /// Points whose nodes end one leaf and begin the next come in turn, so that no branch on it is
 /// guessed wrongly.
-void sample(std::span<const LeafPlace> places, float inside, float outside, LeafSample* samples) {
+void sample(std::span<const LeafPlace> places, const LeafRange& range, double (*samples)[4]) {
   std::array<std::array<unsigned, kPlaces>, 4> of_kind;
   std::array<std::size_t, 4> count{};
   for (unsigned n = 0; n < places.size(); ++n) {
@@ -95,7 +102,7 @@ void sample(std::span<const LeafPlace> places, float inside, float outside, Leaf
   const auto all = [&]<int kBefore>(std::integral_constant<int, kBefore>) {
     for (std::size_t n = 0; n < count[4 - kBefore]; ++n) {
       const std::size_t point = of_kind[4 - kBefore][n];
-      sample_one<kBefore>(places[point], inside, outside, samples[point]);
+      sample_one<kBefore>(places[point], range, samples[point]);
     }
   };
   all(std::integral_constant<int, 4>{});
