@@ -148,8 +148,9 @@ void scale_bar(vtkRenderer* renderer, const View& view) {
 }
 
 TriangleMesh stent_surface(const deployment::Setup& setup, const deployment::StentState& state) {
-  return sdf::voxelise(deployment::solid_of(setup, state), {*setup.specification.voxel_size, 3})
-      .surface();
+  const deployment::StentShape shape = deployment::shape_of(setup, state);
+  if (const auto* mesh = std::get_if<TriangleMesh>(&shape)) return *mesh;
+  return deployment::voxelised(shape, {*setup.specification.voxel_size, 3}).surface();
 }
 
 }  // namespace

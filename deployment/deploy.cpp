@@ -19,6 +19,8 @@ constexpr xpbd::UniformStiffness kPaperWall{0.1, 0.1};
 constexpr double kGentle = 0.1;
 // While settling the wall moves so little that contacts found once serve several iterations.
 constexpr int kSettlingIterations = 10;
+// Voxels around struts: the field is only followed from above.
+constexpr double kStrutBand = 5;
 
 xpbd::Sheet make_wall(const Setup& setup, const std::vector<Vec3>& points) {
   const Case& c = setup.specification;
@@ -27,7 +29,7 @@ xpbd::Sheet make_wall(const Setup& setup, const std::vector<Vec3>& points) {
   xpbd::Membrane membrane{*c.youngs_modulus, *c.thickness, *c.poisson_ratio};
   // A plate bends over wavelengths longer than it is thick. Into a cell, over a strut, the lumen's
   // surface gives way as soft tissue does: it is bent as a sheet no thicker than it is finely cut.
-  if (setup.design) membrane.bending_thickness = std::min(*c.thickness, *c.patch_edge_length);
+  if (setup.has_struts()) membrane.bending_thickness = std::min(*c.thickness, *c.patch_edge_length);
   return xpbd::make_sheet(points, region.triangles, region.pinned, membrane);
 }
 
@@ -78,9 +80,9 @@ class StentContact {
  public:
   explicit StentContact(const Setup& setup) : setup_(setup) {
     const Case& c = setup.specification;
-    if (setup.design) {
-      const stents::CrossSection& strut = setup.design_specification.section;
-      const double half = 0.5 * std::min(strut.width, strut.thickness);
+    if (setup.has_struts()) {
+      const StrutSize& strut = setup.strut;
+      const double half = strut.half();
       struts_.emplace(setup.region.triangles, setup.region.pinned,
                       StrutContactOptions{.depth = 1.5 * strut.thickness + *c.growth_per_step,
                                           .reach = half,
@@ -99,18 +101,23 @@ class StentContact {
   void set(StentState state, int voxels) {
     const double voxel = voxels * *setup_.specification.voxel_size;
     // Nodal gradients see 2.45 voxels around a point; the wall may enter by the growth of a step
-    // and leave by the reach. Over struts the field is only followed from above.
+    // and leave by the reach.
     const double half_width =
-        setup_.design ? 5 : (contact_distance_ + 2 * reach_ + sink_) / voxel + 3.5;
-    if (setup_.design) {
-      moved_ = state_.struts ? largest_move(*state_.struts, *state.struts)
-                             : std::numeric_limits<double>::infinity();
+        setup_.has_struts() ? kStrutBand : (contact_distance_ + 2 * reach_ + sink_) / voxel + 3.5;
+    if (setup_.has_struts()) {
+      moved_ = largest_move(state_, state);
       envelope_radius_ = state.radii;
       // Straight struts of rigid rings poke out of a bent envelope, by less than this.
       for (double& r : envelope_radius_) r += 0.1 * r;
     }
-    field_ = sdf::voxelise(solid_of(setup_, state, contact_distance_), {voxel, half_width});
     state_ = std::move(state);
+    if (state_.surface) {
+      if (!field_) field_ = sdf::voxelise(setup_.surface_design->surface.mesh, finest());
+      metal_ = std::make_unique<MappedMetal>(*field_, *state_.surface);
+      return;
+    }
+    field_ = voxelised(shape_of(setup_, state_, contact_distance_), {voxel, half_width});
+    if (struts_) metal_ = std::make_unique<VoxelisedMetal>(*field_);
   }
 
   /// While the stent grows it lifts the wall along; at rest it does so gently, where the wall has
@@ -118,7 +125,7 @@ class StentContact {
   void find(std::span<const Vec3> positions, bool growing) {
     if (struts_) {
       const double step = *setup_.specification.growth_per_step;
-      struts_->update(*field_, {state_.axis, envelope_radius_}, positions,
+      struts_->update(*metal_, {state_.axis, envelope_radius_}, positions,
                       std::exchange(moved_, 0.0), growing ? 2 * step : kGentle * step);
     } else {
       contacts_ = find_contacts(*field_, positions, setup_.region.pinned, contact_distance_, reach_,
@@ -138,9 +145,13 @@ class StentContact {
   }
 
  private:
+  /// A surface is voxelised once, so as finely as the case asks for in the end.
+  sdf::VoxelOptions finest() const { return {*setup_.specification.voxel_size, kStrutBand}; }
+
   const Setup& setup_;
   StentState state_;
   std::optional<sdf::LevelSet> field_;
+  std::unique_ptr<const MetalField> metal_;
   std::optional<StrutContacts> struts_;
   std::vector<double> envelope_radius_;
   double moved_ = 0;
@@ -165,8 +176,8 @@ Outcome deploy(const Setup& setup, const Observer& observe) {
   growing.velocity_limit = stent.step_limit();
   // Thin struts kick what they lift; without inertia and kept forces it stays where it was lifted
   // to.
-  growing.adaptive_damping = growing.keep_multipliers = !setup.design;
-  growing.damping = setup.design ? 1 : 0;
+  growing.adaptive_damping = growing.keep_multipliers = !setup.has_struts();
+  growing.damping = setup.has_struts() ? 1 : 0;
   xpbd::scale_masses(wall, growing.time_step, kappa);
   xpbd::RelaxOptions settling;
   settling.step = 1.3;
@@ -217,8 +228,9 @@ Outcome deploy(const Setup& setup, const Observer& observe) {
   }
   outcome.axis = stent.state().axis;
   outcome.radii = stent.state().radii;
-  outcome.stent = solid_of(setup, stent.state());
+  outcome.stent = shape_of(setup, stent.state());
   outcome.struts = stent.state().struts;
+  outcome.surface = stent.state().surface;
   outcome.contact_force = outcome.history.empty() ? 0 : outcome.history.back().contact_force;
   return outcome;
 }

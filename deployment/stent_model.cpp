@@ -54,6 +54,46 @@ StentState strut_state(const Setup& setup, double expansion) {
   return state;
 }
 
+StentState surface_state(const Setup& setup, double expansion) {
+  const Placement& p = setup.placement;
+  const double length = setup.stent.length;
+  StentState state;
+  state.straightening = expansion * *setup.specification.straightening;
+  // Carried from the native axis's first normal, the stent does not spin while it straightens.
+  const Vec3 normal = stents::rotation_minimising_frames(p.long_axis).front().normal;
+  stents::AxisWithFrames axis =
+      stents::with_frames(stents::straightened(p.long_axis, state.straightening), normal);
+  const double start = p.long_middle - 0.5 * length;
+  const auto radius = [&](double z) {
+    const double nominal = stents::outer_radius(setup.stent, std::clamp(z, 0.0, length));
+    return setup.start_radius + expansion * (nominal - setup.start_radius);
+  };
+  for (const double s : p.arc) {
+    const double z = s / p.arc.back() * length;
+    state.axis.push_back(point_at(axis.points, axis.arc, start + z));
+    state.radii.push_back(radius(z));
+  }
+  std::vector<double> radii;
+  for (const double s : axis.arc) radii.push_back(radius(s - start));
+  state.surface = std::make_shared<const stents::SurfaceMap>(
+      std::move(axis), start, std::move(radii), setup.surface_design->surface.outer_radius);
+  return state;
+}
+
+double largest_move(const stents::PlacedStent& from, const stents::PlacedStent& to) {
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
+  if (from.members.size() != to.members.size()) return kUnknown;
+  double largest = 0;
+  for (std::size_t m = 0; m < from.members.size(); ++m) {
+    const Polyline& a = from.members[m].points;
+    const Polyline& b = to.members[m].points;
+    if (a.size() != b.size()) return kUnknown;
+    for (std::size_t i = 0; i < a.size(); ++i)
+      largest = std::max(largest, (a[i] - b[i]).squaredNorm());
+  }
+  return std::sqrt(largest);
+}
+
 }  // namespace
 
 stents::Pattern expanded_pattern(const stents::Design& design, const stents::SmoothTube& tube,
@@ -69,10 +109,12 @@ stents::Pattern expanded_pattern(const stents::Design& design, const stents::Smo
 }
 
 StentState stent_state(const Setup& setup, double expansion) {
+  if (setup.surface_design) return surface_state(setup, expansion);
   return setup.design ? strut_state(setup, expansion) : tube_state(setup, expansion);
 }
 
-sdf::Solid solid_of(const Setup& setup, const StentState& state, double inset) {
+StentShape shape_of(const Setup& setup, const StentState& state, double inset) {
+  if (state.surface) return state.surface->placed(setup.surface_design->surface.mesh);
   if (state.struts) return strut_solid(*state.struts);
   std::vector<double> radii(state.radii);
   for (double& r : radii) r -= inset;
@@ -96,18 +138,10 @@ int growth_steps(const Setup& setup) {
   return std::max(1, static_cast<int>(std::ceil(travel / *setup.specification.growth_per_step)));
 }
 
-double largest_move(const stents::PlacedStent& from, const stents::PlacedStent& to) {
-  constexpr double kUnknown = std::numeric_limits<double>::infinity();
-  if (from.members.size() != to.members.size()) return kUnknown;
-  double largest = 0;
-  for (std::size_t m = 0; m < from.members.size(); ++m) {
-    const Polyline& a = from.members[m].points;
-    const Polyline& b = to.members[m].points;
-    if (a.size() != b.size()) return kUnknown;
-    for (std::size_t i = 0; i < a.size(); ++i)
-      largest = std::max(largest, (a[i] - b[i]).squaredNorm());
-  }
-  return std::sqrt(largest);
+double largest_move(const StentState& from, const StentState& to) {
+  if (from.surface && to.surface) return from.surface->largest_move(*to.surface);
+  if (from.struts && to.struts) return largest_move(*from.struts, *to.struts);
+  return std::numeric_limits<double>::infinity();
 }
 
 }  // namespace vstent::deployment

@@ -11,46 +11,6 @@ namespace {
 
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
-struct Hit {
-  bool found = false;
-  double height = 0;     // of the metal along the way out, from the place
-  double clearance = 0;  // no metal lies nearer to the way than this
-};
-
-/// Comes down the way out from `depth` above x to `reach` below it, by the distance that is free.
-/// Balls of free space of radii f and f' whose centres are f apart leave f'/2 around the way
-/// between them.
-Hit outermost_metal(const sdf::LevelSet& stent, const Vec3& x, const Vec3& outward, double depth,
-                    double reach) {
-  const double close = 0.02 * stent.voxel_size();
-  Hit hit;
-  hit.height = depth;
-  hit.clearance = std::numeric_limits<double>::infinity();
-  double closest = std::numeric_limits<double>::infinity();
-  constexpr int kLooks = 24;  // a way that grazes the metal for longer counts as touching it
-  for (int look = 0; look < kLooks; ++look) {
-    const sdf::Sample sample = stent.sample(x + hit.height * outward);
-    // Where a node around the place lies outside the band, all that is known is the band's width
-    // less the nodes' distance.
-    const double free = sample.gradient.isZero() && sample.distance > 0
-                            ? sample.distance - 2.5 * stent.voxel_size()
-                            : sample.distance;
-    closest = std::min(closest, free);
-    hit.clearance = std::min(hit.clearance, 0.5 * free);
-    if (free <= close) {
-      hit.found = true;
-      return hit;
-    }
-    hit.height -= free;
-    if (hit.height < -reach) {
-      hit.clearance = std::min(hit.clearance, -reach - hit.height);
-      return hit;
-    }
-  }
-  hit.found = closest < 0.25 * stent.voxel_size();
-  return hit;
-}
-
 }  // namespace
 
 StrutContacts::StrutContacts(std::span<const Triangle> triangles, std::span<const char> pinned,
@@ -87,6 +47,9 @@ void StrutContacts::find_ways_out(const Envelope& envelope, std::span<const Vec3
     outward_.resize(positions.size());
     radial_gap_.resize(positions.size());
   }
+  arc_.assign(axis.size(), 0.0);
+  for (std::size_t i = 1; i < axis.size(); ++i)
+    arc_[i] = arc_[i - 1] + (axis[i] - axis[i - 1]).norm();
   tbb::parallel_for(std::size_t{0}, positions.size(), [&](std::size_t v) {
     const Vec3& x = positions[v];
     const auto squared = [&](int i) { return (x - axis[at(i)]).squaredNorm(); };
@@ -109,7 +72,7 @@ void StrutContacts::find_ways_out(const Envelope& envelope, std::span<const Vec3
   });
 }
 
-void StrutContacts::look_at(Feature& feature, const sdf::LevelSet& stent,
+void StrutContacts::look_at(Feature& feature, const MetalField& stent,
                             std::span<const Vec3> positions) const {
   const auto [i, j, k] = feature.corners;
   const Vec3 &a = positions[at(i)], &b = positions[at(j)], &c = positions[at(k)];
@@ -124,15 +87,16 @@ void StrutContacts::look_at(Feature& feature, const sdf::LevelSet& stent,
   const auto look = [&](double wa, double wb, double wc) {
     const Vec3 outward =
         (wa * outward_[at(i)] + wb * outward_[at(j)] + wc * outward_[at(k)]).normalized();
-    const Hit hit =
-        outermost_metal(stent, wa * a + wb * b + wc * c, outward, options_.depth, options_.reach);
+    const MetalHit hit =
+        stent.outermost({wa * a + wb * b + wc * c, outward, arc_[at(nearest_point_[at(i)])]},
+                        options_.depth, options_.reach);
     feature.clearance = std::min(feature.clearance, hit.clearance);
     if (!hit.found || hit.height <= feature.height) return;
     if (feature.dimension > 0 && near_support(feature, positions, wa * a + wb * b + wc * c)) return;
     feature.touches = true;
     feature.height = hit.height;
     feature.weights = {wa, wb, wc};
-    feature.outward = outward;
+    feature.outward = hit.outward;
   };
   // An edge is looked at in its middle at least, a triangle in its centroid.
   const int parts =
@@ -159,7 +123,7 @@ bool StrutContacts::near_support(const Feature& feature, std::span<const Vec3> p
   });
 }
 
-void StrutContacts::update(const sdf::LevelSet& stent, const Envelope& envelope,
+void StrutContacts::update(const MetalField& stent, const Envelope& envelope,
                            std::span<const Vec3> positions, double stent_moved, double push) {
   if (last_positions_.size() != positions.size() || !std::isfinite(stent_moved)) {
     for (Feature& feature : features_) feature.looked_at = -1;

@@ -5,7 +5,7 @@
 #include <limits>
 #include <span>
 
-#include "sdf/level_set.hpp"
+#include "deployment/metal_field.hpp"
 #include "xpbd/sheet.hpp"
 
 namespace vstent::deployment {
@@ -36,7 +36,7 @@ class StrutContacts {
 
   /// `stent_moved`: the most (mm) that any point of the stent has moved since the last call;
   /// infinity where that is unknown. `push`: the most (mm) that a contact lifts the wall at once.
-  void update(const sdf::LevelSet& stent, const Envelope& envelope, std::span<const Vec3> positions,
+  void update(const MetalField& stent, const Envelope& envelope, std::span<const Vec3> positions,
               double stent_moved, double push);
 
   std::span<const xpbd::SpanContact> contacts() const { return contacts_; }
@@ -55,7 +55,7 @@ class StrutContacts {
   };
 
   void find_ways_out(const Envelope& envelope, std::span<const Vec3> positions);
-  void look_at(Feature& feature, const sdf::LevelSet& stent, std::span<const Vec3> positions) const;
+  void look_at(Feature& feature, const MetalField& stent, std::span<const Vec3> positions) const;
 
   bool near_support(const Feature& feature, std::span<const Vec3> positions,
                     const Vec3& place) const;
@@ -68,6 +68,7 @@ class StrutContacts {
   double travel_ = 0;  // of wall and stent together, mm
   std::vector<Vec3> outward_;
   std::vector<double> radial_gap_;
+  std::vector<double> arc_;         // length at the points of the axis
   std::vector<int> nearest_point_;  // of the axis
   std::vector<xpbd::SpanContact> contacts_;
 };

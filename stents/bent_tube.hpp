@@ -29,10 +29,16 @@ class BentTube {
   /// turn of `nearby`'s.
   PatternPoint coordinates(const Vec3& x, const PatternPoint& nearby) const;
 
+  /// The z whose normal plane x lies in, from one near it: Newton's way, for many points. x lies
+  /// nearer to the axis than its centre of curvature.
+  double foot(const Vec3& x, double nearby) const;
+
   /// The largest curvature (1/mm) that the axis has between z0 and z1.
   double largest_curvature(double z0, double z1) const;
 
  private:
+  std::size_t segment_at(double s) const;
+
   const AxisWithFrames& axis_;
   double start_;
 };

@@ -73,7 +73,7 @@ TEST(StrutContacts, LiftAWireBetweenVerticesOverTheTubeByTheirOverlap) {
   const std::vector<char> none(tube.points.size(), 0);
   const double wire = 0.1, centre = 1.97;
   const sdf::Solid solid = strut_solid(wire_ring(centre, 3.1, wire));
-  const sdf::LevelSet field = sdf::voxelise(solid, {0.0125, 5});
+  const VoxelisedMetal field(sdf::voxelise(solid, {0.0125, 5}));
   StrutContacts contacts(tube.triangles, none,
                          {.depth = 0.2, .reach = 0.05, .spacing = 0.0125, .support = wire});
   const Polyline axis{Vec3(0, 0, 0), Vec3(0, 0, 3), Vec3(0, 0, 6)};
