@@ -114,7 +114,7 @@ double radial_thickness(const stents::StraightSurface& s) {
     const Vec3 centre = (a + b + c) / 3, area = 0.5 * (b - a).cross(c - a);
     const Vec3 outward = Vec3(centre.x(), centre.y(), 0).normalized();
     const double share = area.dot(outward);
-    if (!(share > 0.7 * area.norm())) continue;
+    if (!(share > kOuterFacet * area.norm())) continue;
     const double thickness =
         skip + sdf::first_crossing(s.mesh, tree, centre - skip * outward, -outward, s.outer_radius);
     if (!std::isfinite(thickness)) continue;

@@ -22,6 +22,10 @@ struct SurfaceDesign {
   std::vector<std::string> findings;  ///< of the file: what was repaired or is doubtful
 };
 
+/// The outer surface's facets face away from the axis within 25 degrees: on a round wire those lie at
+/// most a tenth of its radius below its top.
+inline constexpr double kOuterFacet = 0.9;
+
 /// A surface file by its extension, or a design file with a "surface".
 bool is_surface_design(const std::string& design);
 

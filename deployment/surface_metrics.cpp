@@ -27,7 +27,7 @@ std::vector<Piece> outer_surface(const SurfaceDesign& design, const stents::Surf
     const Vec3& c = straight.points[static_cast<std::size_t>(t[2])];
     const Vec3 centre = (a + b + c) / 3, normal = (b - a).cross(c - a);
     const Vec3 radial = Vec3(centre.x(), centre.y(), 0).normalized();
-    if (!(normal.dot(radial) > 0.7 * normal.norm())) continue;
+    if (!(normal.dot(radial) > kOuterFacet * normal.norm())) continue;
     const Vec3 pa = map.placed(a), pb = map.placed(b), pc = map.placed(c);
     const double size = std::max({(pb - pa).norm(), (pc - pb).norm(), (pa - pc).norm()});
     const int parts = std::max(1, static_cast<int>(std::ceil(size / design.width)));
