@@ -56,7 +56,8 @@ StentState strut_state(const Setup& setup, double expansion) {
 
 StentState surface_state(const Setup& setup, double expansion) {
   const Placement& p = setup.placement;
-  const double length = setup.stent.length;
+  const stents::StraightSurface& surface = setup.surface_design->surface;
+  const double length = surface.length;
   StentState state;
   state.straightening = expansion * *setup.specification.straightening;
   // Carried from the native axis's first normal, the stent does not spin while it straightens.
@@ -71,12 +72,13 @@ StentState surface_state(const Setup& setup, double expansion) {
   for (const double s : p.arc) {
     const double z = s / p.arc.back() * length;
     state.axis.push_back(point_at(axis.points, axis.arc, start + z));
-    state.radii.push_back(radius(z));
+    // Its own waists and flares stay.
+    state.radii.push_back(radius(z) - surface.outer_radius + stents::outer_radius_at(surface, z));
   }
   std::vector<double> radii;
   for (const double s : axis.arc) radii.push_back(radius(s - start));
   state.surface = std::make_shared<const stents::SurfaceMap>(
-      std::move(axis), start, std::move(radii), setup.surface_design->surface.outer_radius);
+      std::move(axis), start, std::move(radii), surface.outer_radius);
   return state;
 }
 

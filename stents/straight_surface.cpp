@@ -19,6 +19,11 @@ constexpr double kOtherMoment = 0.2;
 constexpr double kLumen = 0.2;
 constexpr double kSag = 0.1;
 
+// Cosine between a facet of the outer surface and the way out.
+constexpr double kFacesOutward = 0.7;
+// Of the outer radius: the height of a slice.
+constexpr double kSlice = 0.1;
+
 struct Facet {
   Vec3 a, b, c;
   Vec3 centroid() const { return (a + b + c) / 3; }
@@ -106,7 +111,7 @@ Eigen::VectorXd fitted(const TriangleMesh& mesh, const Line& line,
     if (!(radius > 0)) continue;
     const double c = x / radius, s = y / radius;
     const double share = f.area().dot(c * line.u + s * line.v);
-    if (!(share > 0.7 * f.area().norm())) continue;  // no part of the outer surface
+    if (!(share > kFacesOutward * f.area().norm())) continue;
     const std::array<double, 7> all = {1, c, s, z * c, z * s, z * z * c, z * z * s};
     Eigen::VectorXd row(n);
     for (Eigen::Index k = 0; k < n; ++k)
@@ -151,6 +156,46 @@ double distance_to_triangle(const Eigen::Vector2d& a, const Eigen::Vector2d& b,
   return std::min({to_side(a, b), to_side(b, c), to_side(c, a)});
 }
 
+/// Slices without metal take what lies between their neighbours.
+void fill_gaps(std::vector<double>& radii) {
+  const std::size_t n = radii.size();
+  std::size_t known = n;
+  for (std::size_t k = 0; k < n; ++k) {
+    if (!(radii[k] > 0)) continue;
+    for (std::size_t i = known == n ? 0 : known + 1; i < k; ++i) {
+      const double t =
+          known == n ? 1 : static_cast<double>(i - known) / static_cast<double>(k - known);
+      radii[i] = (1 - t) * (known == n ? 0 : radii[known]) + t * radii[k];
+    }
+    known = k;
+  }
+  for (std::size_t i = known == n ? n : known + 1; i < n; ++i) radii[i] = radii[known];
+}
+
+void measure_outer_radii(StraightSurface& surface) {
+  const auto slices = static_cast<std::size_t>(
+      std::max(1.0, std::ceil(surface.length / (kSlice * surface.outer_radius))));
+  const double height = surface.length / static_cast<double>(slices);
+  surface.outer_radii.assign(slices, 0.0);
+  for (const Triangle& t : surface.mesh.triangles) {
+    const Facet f = facet(surface.mesh, t);
+    const Vec3 out = Vec3(f.centroid().x(), f.centroid().y(), 0).normalized();
+    if (!(f.area().dot(out) > kFacesOutward * f.area().norm())) continue;
+    const double size = std::max({(f.b - f.a).norm(), (f.c - f.b).norm(), (f.a - f.c).norm()});
+    const int parts = std::max(1, static_cast<int>(std::ceil(2 * size / height)));
+    for (int i = 0; i <= parts; ++i) {
+      for (int j = 0; i + j <= parts; ++j) {
+        const Vec3 x = f.a + (f.b - f.a) * i / parts + (f.c - f.a) * j / parts;
+        const auto slice = static_cast<std::size_t>(std::max(0.0, x.z() / height));
+        double& radius = surface.outer_radii[std::min(slice, slices - 1)];
+        radius = std::max(radius, std::hypot(x.x(), x.y()));
+      }
+    }
+  }
+  fill_gaps(surface.outer_radii);
+  if (!(surface.outer_radii.front() > 0)) surface.outer_radii.assign(slices, surface.outer_radius);
+}
+
 void measure(StraightSurface& surface) {
   surface.outer_radius = surface.area = surface.volume = surface.length = 0;
   surface.inner_radius = std::numeric_limits<double>::infinity();
@@ -166,6 +211,7 @@ void measure(StraightSurface& surface) {
     surface.area += f.area().norm();
     surface.volume += f.a.dot(f.b.cross(f.c)) / 6;
   }
+  measure_outer_radii(surface);
 }
 
 }  // namespace
@@ -207,7 +253,19 @@ StraightSurface on_its_axis(const TriangleMesh& mesh, const std::optional<Vec3>&
   return result;
 }
 
+double outer_radius_at(const StraightSurface& surface, double z) {
+  const std::vector<double>& radii = surface.outer_radii;
+  const double slice = z / surface.length * static_cast<double>(radii.size()) - 0.5;
+  const double last = static_cast<double>(radii.size() - 1);
+  const double at = std::clamp(slice, 0.0, last);
+  const auto below = static_cast<std::size_t>(at);
+  const std::size_t above = std::min(below + 1, radii.size() - 1);
+  const double t = at - static_cast<double>(below);
+  return (1 - t) * radii[below] + t * radii[above];
+}
+
 StraightSurface turned_around(StraightSurface surface) {
+  std::reverse(surface.outer_radii.begin(), surface.outer_radii.end());
   for (Vec3& p : surface.mesh.points) p = Vec3(p.x(), -p.y(), surface.length - p.z());
   return surface;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "sdf/geometry.hpp"
 
@@ -14,7 +15,13 @@ struct StraightSurface {
   double inner_radius = 0;  ///< of the one nearest to it
   double length = 0;
   double area = 0, volume = 0;  ///< mm^2, mm^3
+  /// Of the outer surface, in slices of equal height from the proximal end on; between them where
+  /// there is no metal. Below `outer_radius` in a waist, or beside a flare.
+  std::vector<double> outer_radii;
 };
+
+/// Radius (mm) of the outer surface at z: from the middle of a slice to that of the next.
+double outer_radius_at(const StraightSurface& surface, double z);
 
 /// The surface moved rigidly onto the z axis. Its axis is the one principal axis whose second
 /// moment of area differs from the two others, which are equal for a tube of any length; from there

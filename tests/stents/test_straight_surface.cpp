@@ -85,6 +85,31 @@ TEST(StraightSurface, ACoilsAxisIsThatOfItsCylinderNotThatOfItsMoments) {
   EXPECT_NEAR(s.outer_radius, 1.5, 0.002);
 }
 
+TEST(StraightSurface, KnowsItsWaistsAndFlares) {
+  const auto wider = [](double z) { return 0.04 * (z - 4.5) * (z - 4.5); };  // 0.81 at the ends
+  const StraightSurface s = on_its_axis(tests::pipe({.along = 200, .wider = wider}));
+  EXPECT_NEAR(s.outer_radius, 1.5 + 0.81, 1e-9);
+  // A slice has its widest radius, which lies within half its height of its middle, the slope at
+  // most 0.36; at the ends there is no middle beyond.
+  const double height = 0.1 * s.outer_radius;
+  for (double z = 0; z <= 9; z += 0.05)
+    EXPECT_NEAR(outer_radius_at(s, z), 1.5 + wider(z), 0.36 * height) << z;
+  const StraightSurface back = turned_around(s);
+  EXPECT_EQ(outer_radius_at(back, 1), outer_radius_at(s, 8));
+
+  // Two rings 5 mm apart: what lies between them is as wide as they are.
+  TriangleMesh rings = tests::pipe({.length = 2});
+  const TriangleMesh second = tests::pipe({.outer = 1.6, .inner = 1.5, .length = 2});
+  const int count = static_cast<int>(rings.points.size());
+  for (const Vec3& p : second.points) rings.points.push_back(p + 7 * Vec3::UnitZ());
+  for (const Triangle& t : second.triangles)
+    rings.triangles.push_back({t[0] + count, t[1] + count, t[2] + count});
+  const StraightSurface two = on_its_axis(rings, Vec3(0, 0, 1));
+  EXPECT_NEAR(outer_radius_at(two, 1), 1.5, 1e-9);
+  EXPECT_NEAR(outer_radius_at(two, 4.5), 1.55, 1e-9);
+  EXPECT_NEAR(outer_radius_at(two, 8), 1.6, 1e-9);
+}
+
 TEST(StraightSurface, TurningItAroundTwiceGivesItBack) {
   const StraightSurface s = on_its_axis(tests::pipe({.wider = [](double z) { return 0.1 * z; }}));
   const StraightSurface once = turned_around(s), twice = turned_around(once);
