@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <optional>
 
 #include "deployment/json_object.hpp"
@@ -10,6 +11,7 @@
 #include "vessels/check.hpp"
 #include "vessels/error.hpp"
 #include "vessels/file_guard.hpp"
+#include "vessels/refine.hpp"
 #include "vessels/surface.hpp"
 #include "vessels/text.hpp"
 
@@ -136,9 +138,20 @@ void measure_struts(SurfaceDesign& design) {
   // A long rectangle w by t has volume over area w t / (2 (w + t)).
   const double mean = 4 * s.volume / s.area;
   const double excess = 2 * design.thickness - mean;
-  const double whole_way_round = 2 * 3.14159265358979323846 * s.outer_radius;
+  const double whole_way_round = 2 * std::numbers::pi * s.outer_radius;
   design.width =
       excess > 0 ? std::min(mean * design.thickness / excess, whole_way_round) : whole_way_round;
+}
+
+/// Only corners are placed on a bend: facets are cut until they follow one as tight as the stent is
+/// wide to a twentieth of the metal's thickness; a chord of length e sags by e^2 / (8 R).
+void cut_long_facets(SurfaceDesign& design) {
+  const double longest = std::sqrt(8 * design.surface.outer_radius * 0.05 * design.thickness);
+  constexpr std::size_t kVertexLimit = 5'000'000;
+  design.surface.mesh =
+      vessels::refine(
+          design.surface.mesh, [&](int, const Vec3&) { return longest; }, kVertexLimit)
+          .mesh;
 }
 
 }  // namespace
@@ -176,6 +189,7 @@ SurfaceDesign read_surface_design(const std::string& path) {
   if (d.flip) design.surface = stents::turned_around(std::move(design.surface));
   list_findings(surface, design);
   measure_struts(design);
+  cut_long_facets(design);
   // No stent is finer than a neurovascular flow diverter's delivery wire or wider than an aorta.
   constexpr double kSmallest = 0.3, kLargest = 60;
   const double diameter = 2 * design.surface.outer_radius;

@@ -28,6 +28,18 @@ struct Facet {
   Vec3 a, b, c;
   Vec3 centroid() const { return (a + b + c) / 3; }
   Vec3 area() const { return 0.5 * (b - a).cross(c - a); }
+  double size() const { return std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()}); }
+  /// The centroids of its pieces of equal area, `parts` along each side.
+  template <class Visit>
+  void for_each_piece(int parts, Visit&& visit) const {
+    const Vec3 u = (b - a) / parts, v = (c - a) / parts;
+    for (int i = 0; i < parts; ++i) {
+      for (int j = 0; i + j < parts; ++j) {
+        visit(a + (i + 1.0 / 3) * u + (j + 1.0 / 3) * v);
+        if (i + j + 1 < parts) visit(a + (i + 2.0 / 3) * u + (j + 2.0 / 3) * v);
+      }
+    }
+  }
 };
 
 Facet facet(const TriangleMesh& mesh, const Triangle& t) {
@@ -103,21 +115,29 @@ Eigen::VectorXd fitted(const TriangleMesh& mesh, const Line& line,
   const auto n = static_cast<Eigen::Index>(columns.size());
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(n, n);
   Eigen::VectorXd right = Eigen::VectorXd::Zero(n);
+  Box bounds;
+  for (const Vec3& p : mesh.points) bounds.include(p);
+  const double coarsest = (bounds.upper - bounds.lower).norm() / 32;
   for (const Triangle& t : mesh.triangles) {
     const Facet f = facet(mesh, t);
-    const Vec3 from = f.centroid() - line.point;
-    const double x = from.dot(line.u), y = from.dot(line.v), z = from.dot(line.w);
-    const double radius = std::hypot(x, y);
-    if (!(radius > 0)) continue;
-    const double c = x / radius, s = y / radius;
-    const double share = f.area().dot(c * line.u + s * line.v);
-    if (!(share > kFacesOutward * f.area().norm())) continue;
-    const std::array<double, 7> all = {1, c, s, z * c, z * s, z * z * c, z * z * s};
-    Eigen::VectorXd row(n);
-    for (Eigen::Index k = 0; k < n; ++k)
-      row[k] = all[static_cast<std::size_t>(columns[static_cast<std::size_t>(k)])];
-    normal += share * row * row.transpose();
-    right += share * radius * row;
+    // A long facet's centroid does not stand for all of it.
+    const int parts = std::max(1, static_cast<int>(std::ceil(f.size() / coarsest)));
+    f.for_each_piece(parts, [&](const Vec3& centre) {
+      const Vec3 from = centre - line.point;
+      const double x = from.dot(line.u), y = from.dot(line.v), z = from.dot(line.w);
+      const double radius = std::hypot(x, y);
+      if (!(radius > 0)) return;
+      const double c = x / radius, s = y / radius;
+      const double share = f.area().dot(c * line.u + s * line.v);
+      if (!(share > kFacesOutward * f.area().norm())) return;
+      const std::array<double, 7> all = {1, c, s, z * c, z * s, z * z * c, z * z * s};
+      Eigen::VectorXd row(n);
+      for (Eigen::Index k = 0; k < n; ++k)
+        row[k] = all[static_cast<std::size_t>(columns[static_cast<std::size_t>(k)])];
+      const double weight = share / (parts * parts);
+      normal += weight * row * row.transpose();
+      right += weight * radius * row;
+    });
   }
   return normal.ldlt().solve(right);
 }
@@ -181,8 +201,7 @@ void measure_outer_radii(StraightSurface& surface) {
     const Facet f = facet(surface.mesh, t);
     const Vec3 out = Vec3(f.centroid().x(), f.centroid().y(), 0).normalized();
     if (!(f.area().dot(out) > kFacesOutward * f.area().norm())) continue;
-    const double size = std::max({(f.b - f.a).norm(), (f.c - f.b).norm(), (f.a - f.c).norm()});
-    const int parts = std::max(1, static_cast<int>(std::ceil(2 * size / height)));
+    const int parts = std::max(1, static_cast<int>(std::ceil(2 * f.size() / height)));
     for (int i = 0; i <= parts; ++i) {
       for (int j = 0; i + j <= parts; ++j) {
         const Vec3 x = f.a + (f.b - f.a) * i / parts + (f.c - f.a) * j / parts;

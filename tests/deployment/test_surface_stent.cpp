@@ -88,6 +88,23 @@ TEST(SurfaceDesign, KnowsItsStruts) {
   EXPECT_NE(limits_of(sleeve, 33).find("1.1 times"), std::string::npos) << limits_of(sleeve, 33);
 }
 
+TEST(SurfaceDesign, CutsFacetsThatCouldNotFollowABend) {
+  const TemporaryFolder folder;
+  write(tests::pipe({.along = 1}), folder / "pipe.vtp");
+  const SurfaceDesign design = read_surface_design((folder / "pipe.vtp").string());
+  const TriangleMesh& mesh = design.surface.mesh;
+  double longest = 0, volume = 0;
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3& a = mesh.points[static_cast<std::size_t>(t[0])];
+    const Vec3& b = mesh.points[static_cast<std::size_t>(t[1])];
+    const Vec3& c = mesh.points[static_cast<std::size_t>(t[2])];
+    longest = std::max({longest, (b - a).norm(), (c - b).norm(), (a - c).norm()});
+    volume += a.dot(b.cross(c)) / 6;
+  }
+  EXPECT_LT(longest, std::sqrt(8 * 1.5 * 0.05 * design.thickness) + 1e-9);
+  EXPECT_NEAR(volume, design.surface.volume, 1e-9 * volume);
+}
+
 TEST(SurfaceDesign, RefusesWhatIsNoStent) {
   const TemporaryFolder folder;
   const auto read = [&](const std::string& name, ExitCode code = ExitCode::geometry) {

@@ -85,6 +85,13 @@ TEST(StraightSurface, ACoilsAxisIsThatOfItsCylinderNotThatOfItsMoments) {
   EXPECT_NEAR(s.outer_radius, 1.5, 0.002);
 }
 
+TEST(StraightSurface, LongFacetsCountAlongTheirLength) {
+  const Eigen::AngleAxisd turn(0.7, Vec3(1, 2, -0.5).normalized());
+  const StraightSurface s = on_its_axis(moved(tests::pipe({.along = 1}), turn, Vec3(10, -3, 40)));
+  EXPECT_NEAR(s.outer_radius, 1.5, 1e-9);
+  EXPECT_NEAR(s.length, 9, 1e-9);
+}
+
 TEST(StraightSurface, KnowsItsWaistsAndFlares) {
   const auto wider = [](double z) { return 0.04 * (z - 4.5) * (z - 4.5); };  // 0.81 at the ends
   const StraightSurface s = on_its_axis(tests::pipe({.along = 200, .wider = wider}));
