@@ -105,8 +105,9 @@ void scale_bar(vtkRenderer* renderer, const View& view) {
         static_cast<int>(0.055 * kPanelHeight), 22);
 }
 
-TriangleMesh surface_of(const deployment::Setup& setup, const sdf::Solid& stent) {
-  return sdf::voxelise(stent, {*setup.specification.voxel_size, 3}).surface();
+TriangleMesh surface_of(const deployment::Setup& setup, const deployment::StentShape& stent) {
+  if (const auto* mesh = std::get_if<TriangleMesh>(&stent)) return *mesh;
+  return deployment::voxelised(stent, {*setup.specification.voxel_size, 3}).surface();
 }
 
 }  // namespace
@@ -203,7 +204,7 @@ void draw_stages(const deployment::Setup& setup, const deployment::Outcome& outc
                  std::span<const Vec3> midway, const std::filesystem::path& png) {
   const auto stent_at = [&](double expansion) {
     return surface_of(setup,
-                      deployment::solid_of(setup, deployment::stent_state(setup, expansion)));
+                      deployment::shape_of(setup, deployment::stent_state(setup, expansion)));
   };
   const TriangleMesh& before = setup.surface.mesh;
   std::vector<Panel> panels{{"before", before, stent_at(0)},

@@ -31,7 +31,7 @@ xpbd::Sheet make_wall(const Setup& setup, const std::vector<Vec3>& points) {
   xpbd::Membrane membrane{*c.youngs_modulus, *c.thickness, *c.poisson_ratio};
   // A plate bends over wavelengths longer than it is thick. Into a cell, over a strut, the lumen's
   // surface gives way as soft tissue does: it is bent as a sheet no thicker than it is finely cut.
-  if (setup.design) membrane.bending_thickness = std::min(*c.thickness, *c.patch_edge_length);
+  if (setup.has_struts()) membrane.bending_thickness = std::min(*c.thickness, *c.patch_edge_length);
   return xpbd::make_sheet(points, region.triangles, region.pinned, membrane);
 }
 
@@ -79,7 +79,8 @@ namespace {
 /// Of the balloon's level set, mm.
 double balloon_voxel_size(const Setup& setup) {
   const Case& c = setup.specification;
-  return setup.design ? std::min(setup.stent.diameter / 50, *c.contact_distance) : *c.voxel_size;
+  return setup.has_struts() ? std::min(setup.stent.diameter / 50, *c.contact_distance)
+                            : *c.voxel_size;
 }
 
 /// The stent as the wall meets it: its distance field at the present size, and the contacts found
@@ -91,7 +92,7 @@ class StentContact {
     const Case& c = setup.specification;
     contact_distance_ = *c.contact_distance;
     reach_ = 3 * *c.growth_per_step;
-    if (setup.design) return;
+    if (setup.has_struts()) return;
     stiffness_ = c.contact_stiffness.value_or(0);
     // Under soft contact the wall rests inside the stent, the deeper the softer it is.
     if (stiffness_ > 0) sink_ = 0.25 * setup.stent.diameter / 2;
@@ -114,12 +115,11 @@ class StentContact {
       for (double& r : state.radii) r += cover.outer;
       return grow(std::move(state), balloon_voxel_size(setup_));
     }
-    const stents::CrossSection& strut = setup_.design_specification.section;
-    reach_ = 0.5 * std::min(strut.width, strut.thickness);
+    reach_ = setup_.strut.half();
     state_ = std::move(state);
     contacts_.clear();
     const double half_width = (2 * reach_ + *c.patch_edge_length) / *c.voxel_size + 2.5;
-    field_ = sdf::voxelise(solid_of(setup_, state_), {*c.voxel_size, half_width});
+    field_ = voxelised(shape_of(setup_, state_), {*c.voxel_size, half_width});
     struts_.emplace(setup_.region.triangles, setup_.region.pinned,
                     StrutContactOptions{
                         .reach = reach_, .spacing = 0.5 * reach_, .sink = kSink * *c.voxel_size});
@@ -127,7 +127,7 @@ class StentContact {
 
   void find(std::span<const Vec3> positions) {
     if (struts_) {
-      const double gentle = kGentle * setup_.design_specification.section.thickness;
+      const double gentle = kGentle * setup_.strut.thickness;
       struts_->update(*field_, positions, gentle);
     } else {
       contacts_ = find_contacts(*field_, positions, setup_.region.pinned, contact_distance_, reach_,
@@ -197,7 +197,7 @@ Outcome deploy(const Setup& setup, const Observer& observe) {
     if (!record.settling) {
       stent.grow(inflated(setup, stent_state(setup, record.expansion), record.expansion),
                  step < growth ? 2 * voxel_size : voxel_size);
-    } else if (setup.design && step == growth + 1) {
+    } else if (setup.has_struts() && step == growth + 1) {
       stent.deflate(stent_state(setup, 1));
       limit_settling();
     }
@@ -242,11 +242,12 @@ Outcome deploy(const Setup& setup, const Observer& observe) {
     outcome.positions[v] = solver.positions()[i];
     outcome.moved[v] = 1;
   }
-  const StentState final_state = stent_state(setup, 1);
+  StentState final_state = stent_state(setup, 1);
   outcome.axis = final_state.axis;
   outcome.radii = final_state.radii;
-  outcome.stent = solid_of(setup, final_state);
-  outcome.struts = final_state.struts;
+  outcome.stent = shape_of(setup, final_state);
+  outcome.struts = std::move(final_state.struts);
+  outcome.surface = std::move(final_state.surface);
   outcome.contact_force = outcome.history.empty() ? 0 : outcome.history.back().contact_force;
   return outcome;
 }

@@ -29,8 +29,9 @@ struct Outcome {
   std::vector<char> moved;      ///< per mesh vertex: belongs to the patch that may move
   Polyline axis;                ///< of the stent, final
   std::vector<double> radii;    ///< outer, per axis point, mm
-  sdf::Solid stent;             ///< its outer surface, or its struts
+  StentShape stent;             ///< its outer surface, or its struts
   std::optional<stents::PlacedStent> struts;
+  std::shared_ptr<const stents::SurfaceMap> surface;  ///< null for all but a surface
   std::vector<StepRecord> history;
   bool converged = false;
   double contact_force = 0;  ///< N, sum over the vertices in contact

@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "sdf/exact_field.hpp"
 #include "sdf/polyline.hpp"
 #include "stents/axis.hpp"
 #include "vessels/check.hpp"
@@ -164,16 +163,12 @@ Metrics measure(const Surface& before, const Surface& after, const Comparison& c
   Metrics metrics;
   compare_meshes(before, after, comparison, metrics);
   measure_lumen(before, after, comparison, metrics);
-  const sdf::ExactField stent(comparison.stent);
   std::vector<Vec3> wall;
   for (std::size_t v = 0; v < after.mesh.points.size(); ++v) {
     if (comparison.movable[v]) wall.push_back(after.mesh.points[v]);
   }
-  std::vector<sdf::Sample> samples(wall.size());
-  stent.sample(wall, samples);
-  for (const sdf::Sample& sample : samples) {
-    metrics.deepest_penetration = std::max(metrics.deepest_penetration, -sample.distance);
-  }
+  for (const double distance : exact_distances(comparison.stent, wall))
+    metrics.deepest_penetration = std::max(metrics.deepest_penetration, -distance);
   return metrics;
 }
 

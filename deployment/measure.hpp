@@ -4,8 +4,8 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 
+#include "deployment/stent_shape.hpp"
 #include "deployment/strut_metrics.hpp"
-#include "sdf/solid.hpp"
 #include "vessels/sections.hpp"
 #include "vessels/surface.hpp"
 
@@ -17,7 +17,7 @@ struct Comparison {
   Polyline axis_after;                ///< of the stent
   std::vector<double> target;         ///< nominal lumen diameter per axis point
   double reference_diameter = 0;      ///< 0: unknown
-  sdf::Solid stent;                   ///< its outer surface
+  StentShape stent;                   ///< its outer surface
   std::vector<char> movable;          ///< per mesh vertex
   std::vector<char> patch_triangles;  ///< per mesh triangle
 };

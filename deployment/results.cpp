@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "deployment/surface_metrics.hpp"
 #include "sdf/polyline.hpp"
 #include "stents/cover.hpp"
 #include "stents/pattern_metrics.hpp"
@@ -34,8 +35,8 @@ std::string history_csv(const std::vector<StepRecord>& history) {
   return csv.str();
 }
 
-sdf::LevelSet stent_level_set(const Setup& setup, const sdf::Solid& solid) {
-  return sdf::voxelise(solid, {*setup.specification.voxel_size, 3});
+sdf::LevelSet stent_level_set(const Setup& setup, const StentShape& stent) {
+  return voxelised(stent, {*setup.specification.voxel_size, 3});
 }
 
 /// In the unit of the vessel's file.
@@ -44,10 +45,6 @@ void write_mesh(const Setup& setup, TriangleMesh mesh, const fs::path& path) {
   const vessels::Surface surface = vessels::make_surface(std::move(mesh), "stent");
   vessels::write_surface(surface, surface.mesh.points,
                          std::vector<char>(surface.mesh.points.size(), 0), path);
-}
-
-void write_stent_surface(const Setup& setup, const sdf::LevelSet& level_set, const fs::path& path) {
-  write_mesh(setup, level_set.surface(), path);
 }
 
 void write_cover(const Setup& setup, const Outcome& outcome, const fs::path& path) {
@@ -152,6 +149,21 @@ nlohmann::ordered_json design_json(const Setup& setup, const Outcome& outcome) {
   return json;
 }
 
+nlohmann::ordered_json surface_design_json(const Setup& setup) {
+  const SurfaceDesign& design = *setup.surface_design;
+  const double radius = design.surface.outer_radius;
+  nlohmann::ordered_json json;
+  json["name"] = design.name;
+  json["family"] = "surface";
+  json["length_mm"] = design.surface.length;
+  json["surface_outer_diameter_mm"] = 2 * radius;
+  json["widened_by"] = 0.5 * *setup.specification.diameter / radius;
+  json["thickness_mm"] = design.thickness;
+  json["strut_width_mm"] = design.width;
+  json["metal_mm3"] = design.surface.volume;
+  return json;
+}
+
 }  // namespace
 
 void StepSaver::save(const StepRecord& record, std::span<const Vec3> patch_positions) {
@@ -166,8 +178,10 @@ void StepSaver::save(const StepRecord& record, std::span<const Vec3> patch_posit
   vessels::write_surface(setup_.surface, positions, moved,
                          stage_ / "steps" / step_name("wall", record.step));
   const StentState state = stent_state(setup_, record.expansion);
-  write_stent_surface(setup_, stent_level_set(setup_, solid_of(setup_, state)),
-                      stage_ / "steps" / step_name("stent", record.step));
+  const StentShape stent = shape_of(setup_, state);
+  const auto* mesh = std::get_if<TriangleMesh>(&stent);
+  write_mesh(setup_, mesh ? *mesh : stent_level_set(setup_, stent).surface(),
+             stage_ / "steps" / step_name("stent", record.step));
   steps_.push_back(record.step);
 }
 
@@ -197,7 +211,7 @@ Metrics write_results(const Setup& setup, const Outcome& outcome, const fs::path
   } catch (const std::runtime_error& error) {
     throw Error(ExitCode::output, std::string("stent.vdb: ") + error.what());
   }
-  write_stent_surface(setup, level_set, stage / "stent.vtp");
+  write_mesh(setup, surface_of(outcome.stent, level_set), stage / "stent.vtp");
   if (setup.design && stents::covered(setup.design_specification.cover))
     write_cover(setup, outcome, stage / "cover.vtp");
   if (outcome.struts) write_strut_lines(setup, *outcome.struts, stage / "struts.vtp");
@@ -209,11 +223,18 @@ Metrics write_results(const Setup& setup, const Outcome& outcome, const fs::path
   const Comparison comparison = comparison_for(setup, outcome, result);
   Metrics metrics = measure(surface, written, comparison);
   if (outcome.struts) {
-    metrics.struts = measure_struts(written.mesh, comparison.patch_triangles, *outcome.struts,
-                                    outcome.stent, {outcome.axis, outcome.radii});
+    metrics.struts =
+        measure_struts(written.mesh, comparison.patch_triangles, *outcome.struts,
+                       std::get<sdf::Solid>(outcome.stent), {outcome.axis, outcome.radii});
+  }
+  if (outcome.surface) {
+    metrics.struts =
+        measure_surface(written.mesh, comparison.patch_triangles, *setup.surface_design,
+                        *outcome.surface, {outcome.axis, outcome.radii});
   }
   nlohmann::ordered_json json = to_json(metrics);
   if (setup.design) json["design"] = design_json(setup, outcome);
+  if (setup.surface_design) json["design"] = surface_design_json(setup);
   json["simulation"] = {
       {"converged", outcome.converged},
       {"steps", outcome.history.empty() ? 0 : outcome.history.back().step},

@@ -54,6 +54,34 @@ StentState strut_state(const Setup& setup, double expansion) {
   return state;
 }
 
+StentState surface_state(const Setup& setup, double expansion) {
+  const Placement& p = setup.placement;
+  const stents::StraightSurface& surface = setup.surface_design->surface;
+  const double length = surface.length;
+  StentState state;
+  state.straightening = expansion * *setup.specification.straightening;
+  // Carried from the native axis's first normal, the stent does not spin while it straightens.
+  const Vec3 normal = stents::rotation_minimising_frames(p.long_axis).front().normal;
+  stents::AxisWithFrames axis =
+      stents::with_frames(stents::straightened(p.long_axis, state.straightening), normal);
+  const double start = p.long_middle - 0.5 * length;
+  const auto radius = [&](double z) {
+    const double nominal = stents::outer_radius(setup.stent, std::clamp(z, 0.0, length));
+    return setup.start_radius + expansion * (nominal - setup.start_radius);
+  };
+  for (const double s : p.arc) {
+    const double z = s / p.arc.back() * length;
+    state.axis.push_back(point_at(axis.points, axis.arc, start + z));
+    // Its own waists and flares stay.
+    state.radii.push_back(radius(z) - surface.outer_radius + stents::outer_radius_at(surface, z));
+  }
+  std::vector<double> radii;
+  for (const double s : axis.arc) radii.push_back(radius(s - start));
+  state.surface = std::make_shared<const stents::SurfaceMap>(
+      std::move(axis), start, std::move(radii), surface.outer_radius);
+  return state;
+}
+
 }  // namespace
 
 stents::Pattern expanded_pattern(const stents::Design& design, const stents::SmoothTube& tube,
@@ -69,11 +97,14 @@ stents::Pattern expanded_pattern(const stents::Design& design, const stents::Smo
 }
 
 StentState stent_state(const Setup& setup, double expansion) {
+  if (setup.surface_design) return surface_state(setup, expansion);
   return setup.design ? strut_state(setup, expansion) : tube_state(setup, expansion);
 }
 
-sdf::Solid solid_of(const Setup& setup, const StentState& state) {
-  return state.struts ? strut_solid(*state.struts) : envelope_of(setup, state, 0);
+StentShape shape_of(const Setup& setup, const StentState& state) {
+  if (state.surface) return state.surface->placed(setup.surface_design->surface.mesh);
+  if (state.struts) return strut_solid(*state.struts);
+  return envelope_of(setup, state, 0);
 }
 
 sdf::Solid envelope_of(const Setup& setup, const StentState& state, double inset) {
@@ -101,6 +132,10 @@ double largest_protrusion(const StentState& state) {
 }
 
 StentState inflated(const Setup& setup, StentState state, double expansion) {
+  if (state.surface) {
+    // Its radii are those of its outermost points already, but for the field's roughness.
+    for (double& r : state.radii) r += expansion * *setup.specification.voxel_size;
+  }
   if (!state.struts) return state;
   const double recoil = setup.design_specification.recoil;
   const double protrusion = largest_protrusion(state);
@@ -116,7 +151,7 @@ int growth_steps(const Setup& setup) {
   for (std::size_t i = 0; i < start.axis.size(); ++i) {
     Vec3 move = end.axis[i] - start.axis[i];
     // As a design shortens it slides along the wall; only what lifts the wall counts.
-    if (setup.design) move -= move.dot(along[i]) * along[i];
+    if (setup.has_struts()) move -= move.dot(along[i]) * along[i];
     travel = std::max(travel, end.radii[i] - start.radii[i] + move.norm());
   }
   return std::max(1, static_cast<int>(std::ceil(travel / *setup.specification.growth_per_step)));

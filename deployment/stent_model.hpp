@@ -5,23 +5,25 @@
 #include <optional>
 
 #include "deployment/setup.hpp"
-#include "sdf/solid.hpp"
+#include "deployment/stent_shape.hpp"
+#include "stents/surface_map.hpp"
 
 namespace vstent::deployment {
 
 /// The stent at a share of its expansion.
 struct StentState {
   Polyline axis;  ///< from end to end, partly straightened; as many points as Placement::axis
-  std::vector<double> radii;                  ///< outer, there, mm
-  std::optional<stents::PlacedStent> struts;  ///< nothing for a smooth tube
-  double straightening = 0;                   ///< share of the axis's turns that is taken out
+  std::vector<double> radii;                          ///< outer, there, mm
+  std::optional<stents::PlacedStent> struts;          ///< nothing for a smooth tube or a surface
+  std::shared_ptr<const stents::SurfaceMap> surface;  ///< null for all but a surface
+  double straightening = 0;  ///< share of the axis's turns that is taken out
 };
 
 /// \throws Error (geometry) a bend that the design cannot follow
 StentState stent_state(const Setup& setup, double expansion);
 
-/// Its struts, or its smooth outer surface.
-sdf::Solid solid_of(const Setup& setup, const StentState& state);
+/// Its metal, or its smooth outer surface.
+StentShape shape_of(const Setup& setup, const StentState& state);
 
 /// The smooth solid that the stent's outer radii span, drawn `inset` (mm) inside them: contact at
 /// that distance puts the wall on the outer surface over the whole length, and rounds its edge just
