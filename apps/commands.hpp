@@ -11,6 +11,7 @@ void add_centerline(CLI::App& app);
 void add_designs(CLI::App& app);
 void add_stent(CLI::App& app);
 void add_demo(CLI::App& app);
+void add_report(CLI::App& app);
 
 /// Printed wherever a person meets results.
 inline constexpr const char* kDisclaimer = "Research tool, not for clinical use.";
