@@ -41,7 +41,7 @@ std::string megabytes(double bytes) {
 /// JSON as the content of a script element: nothing in it may end the element or open a comment.
 /// `<` stands only inside strings there, where the escape means the same.
 std::string block(const std::string& id, const std::string& json) {
-  std::string text = "<script type=\"application/json\" id=\"" + id + "\">";
+  std::string text = "<script type=\"application/json\" id=\"data-" + id + "\">";
   for (const char c : json) {
     if (c == '<') {
       text += "\\u003c";

@@ -38,4 +38,5 @@ export function element(tag, attributes = {}, ...children) {
 }
 
 export const byId = (id) => document.getElementById(id);
-export const jsonBlock = (id) => JSON.parse(byId(id).textContent);
+export const textBlock = (id) => byId(`data-${id}`).textContent;
+export const jsonBlock = (id) => JSON.parse(textBlock(id));

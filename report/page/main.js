@@ -1,6 +1,6 @@
 // The report: reads the data blocks of this file and joins the views.
 import {colourTable, drawColourBar, kMaps} from './colours.js';
-import {byId, capitalised, element, jsonBlock, named, number} from './format.js';
+import {byId, capitalised, element, jsonBlock, named, number, textBlock} from './format.js';
 import {drawHistory} from './history.js';
 import {describeStation, drawSection, Profile, sectionReach} from './profile.js';
 import {placesOf, profileOf} from './stations.js';
@@ -25,14 +25,14 @@ function fillTexts() {
   byId('made-by').textContent = `Made by vstent ${summary.version}.`;
   const quoted = /^[\w./@%+=:,-]+$/.test(summary.folder) ? summary.folder : `'${summary.folder.replaceAll("'", `'\\''`)}'`;
   byId('command').textContent = `vstent deploy ${quoted}/case.json -o AGAIN`;
-  byId('case-text').textContent = byId('case').textContent.replaceAll('\\u003c', '<');
+  byId('case-text').textContent = textBlock('case').replaceAll('\\u003c', '<');
   byId('copy-command').addEventListener('click', () => navigator.clipboard?.writeText(byId('command').textContent));
   const offer = (id, text, type) => {
     byId(id).href = URL.createObjectURL(new Blob([text], {type}));
     byId(id).hidden = false;
   };
-  offer('save-case', byId('case').textContent, 'application/json');
-  offer('save-metrics', byId('metrics').textContent, 'application/json');
+  offer('save-case', textBlock('case'), 'application/json');
+  offer('save-metrics', textBlock('metrics'), 'application/json');
   if (summary.profiles_csv) offer('save-profile', summary.profiles_csv, 'text/csv');
 }
 
@@ -64,9 +64,9 @@ function stagesOf(arrays, raw) {
   const before = {points: arrays.before, triangles: arrays.triangles, stent: null};
   const finalStent = arrays.stent ? {points: arrays.stent, triangles: arrays['stent.triangles']} : null;
   const after = {points: arrays.after, triangles: arrays.triangles, stent: finalStent};
-  const steps = [...document.querySelectorAll('script[id^="step-"]')].map((block) => {
+  const steps = [...document.querySelectorAll('script[id^="data-step-"]')].map((block) => {
     let loaded = null;
-    const number = Number(block.id.slice(5));
+    const number = Number(block.id.slice('data-step-'.length));
     const load = async () => {
       const step = await unpack(JSON.parse(block.textContent).pack, {...raw});
       return {points: step.wall, triangles: step['wall.triangles'] ?? arrays.triangles,
