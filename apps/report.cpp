@@ -1,5 +1,5 @@
 // vstent report: a result folder as one page for the browser.
-#include "report/report.hpp"
+#include "apps/report.hpp"
 
 #include <cstdio>
 #include <iostream>
@@ -7,6 +7,8 @@
 
 #include "apps/commands.hpp"
 #include "apps/terminal.hpp"
+#include "report/report.hpp"
+#include "vessels/error.hpp"
 
 namespace vstent::apps {
 namespace {
@@ -19,13 +21,20 @@ struct Arguments {
   ThreadLimit threads;
 };
 
-void run(const Arguments& a) {
-  a.threads.apply();
+report::Options options_for(const fs::path& shown_folder) {
   report::Options options;
-  options.size_limit = a.size_limit;
-  options.name = a.name;
+  options.name = fs::absolute(shown_folder / "").lexically_normal().parent_path().filename();
+  options.shown_folder = shown_folder;
   options.version = VSTENT_VERSION;
   options.disclaimer = kDisclaimer;
+  return options;
+}
+
+void run(const Arguments& a) {
+  a.threads.apply();
+  report::Options options = options_for(a.folder);
+  options.size_limit = a.size_limit;
+  if (!a.name.empty()) options.name = a.name;
   const fs::path file = a.out.empty() ? fs::path(a.folder) / "report.html" : fs::path(a.out);
   Progress progress;
   progress.show("writing the report ...");
@@ -37,6 +46,18 @@ void run(const Arguments& a) {
 }
 
 }  // namespace
+
+void add_report_page(const fs::path& stage, const fs::path& out) {
+  try {
+    const report::Written written =
+        report::write_report(stage, stage / "report.html", options_for(out));
+    for (const std::string& warning : written.warnings)
+      std::cerr << "warning: report.html: " << warning << '\n';
+  } catch (const Error& error) {
+    if (error.code() == ExitCode::output) throw;
+    std::cerr << "warning: no report.html: " << error.what() << '\n';
+  }
+}
 
 void add_report(CLI::App& app) {
   auto* command = app.add_subcommand(

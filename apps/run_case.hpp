@@ -11,6 +11,7 @@ namespace vstent::apps {
 struct RunOptions {
   bool allow_unconverged = false;
   bool pictures = true;  ///< stages.png: before, midway, after
+  bool report = true;    ///< report.html
 };
 
 /// Prepares, deploys, writes, measures, publishes; progress on standard error, the summary on

@@ -61,9 +61,8 @@ std::string base64(std::string_view bytes) {
   return text;
 }
 
-nlohmann::ordered_json& Pack::append(const std::string& name,
-                                     std::span<const std::uint32_t> values, int components,
-                                     int bytes) {
+nlohmann::ordered_json& Pack::append(const std::string& name, std::span<const std::uint32_t> values,
+                                     int components, int bytes) {
   const std::uint32_t mask = bytes == 2 ? 0xffffu : 0xffffffffu;
   const int top_bit = 8 * bytes - 1;
   const auto stride = static_cast<std::size_t>(components);

@@ -62,7 +62,8 @@ double drawing_error(const ResultFiles& files) {
   const nlohmann::json::json_pointer key("/level_set/voxel_size");
   if (files.specification.contains(key) && files.specification[key].is_string()) {
     return 0.25 * vessels::parse_length(files.specification[key].get<std::string>(),
-                                        vessels::LengthUnit::mm, "case.json: /level_set/voxel_size");
+                                        vessels::LengthUnit::mm,
+                                        "case.json: /level_set/voxel_size");
   }
   const Box box = box_of(files.stent.points);
   return 1e-3 * (box.upper - box.lower).maxCoeff();
@@ -136,7 +137,8 @@ std::string step_block(const ResultFiles& files, const SavedStep& step) {
     pack.triangles("wall.triangles", wall.triangles);
   }
   add_stent(pack, vessels::read_surface(step.stent, files.unit).mesh, drawing_error(files));
-  return block("step-" + std::to_string(step.step), dump({{"step", step.step}, {"pack", pack.json()}}));
+  return block("step-" + std::to_string(step.step),
+               dump({{"step", step.step}, {"pack", pack.json()}}));
 }
 
 /// As many of the blocks as fit into `room` bytes, evenly picked, the last always among them.
@@ -157,15 +159,18 @@ std::vector<std::size_t> fitting(const std::vector<std::string>& blocks, double 
 ordered_json definitions_json() {
   ordered_json list = ordered_json::array();
   for (const Definition& d : definitions()) {
-    list.push_back({{"key", d.key}, {"label", d.label}, {"unit", d.unit}, {"meaning", d.meaning}});
+    list.push_back({{"key", d.key},
+                    {"label", d.label},
+                    {"unit", d.unit},
+                    {"meaning", d.meaning},
+                    {"absent", d.absent}});
   }
   return list;
 }
 
-std::string summary_block(const ResultFiles& files, const Options& options,
-                          const std::string& folder, std::size_t steps,
+std::string summary_block(const ResultFiles& files, const Options& options, std::size_t steps,
                           const std::vector<std::string>& warnings) {
-  return block("summary", dump({{"name", options.name.empty() ? folder : options.name},
+  return block("summary", dump({{"name", options.name},
                                 {"folder", options.shown_folder},
                                 {"version", options.version},
                                 {"disclaimer", options.disclaimer},
@@ -189,12 +194,9 @@ Written write_report(const fs::path& folder, const fs::path& file, const Options
   }
   const ResultFiles files = read_result(folder);
   const double limit = options.size_limit * kMegabyte;
-  Options named = options;
-  if (named.shown_folder.empty()) named.shown_folder = folder.string();
-  const std::string folder_name = fs::absolute(folder).lexically_normal().filename().string();
 
-  const std::string fixed = scene_block(files) + block("metrics", files.metrics_text) +
-                            block("case", files.case_text);
+  const std::string fixed =
+      scene_block(files) + block("metrics", files.metrics_text) + block("case", files.case_text);
   std::vector<std::string> steps;
   for (const SavedStep& step : files.steps) steps.push_back(step_block(files, step));
   Written written;
@@ -202,7 +204,7 @@ Written write_report(const fs::path& folder, const fs::path& file, const Options
   constexpr double kRoomForWarnings = 2000;
   const double without_steps =
       static_cast<double>(page().size() + fixed.size() +
-                          summary_block(files, named, folder_name, 0, written.warnings).size()) +
+                          summary_block(files, options, 0, written.warnings).size()) +
       kRoomForWarnings;
   double with_all = without_steps;
   for (const std::string& step : steps) with_all += static_cast<double>(step.size());
@@ -210,21 +212,20 @@ Written write_report(const fs::path& folder, const fs::path& file, const Options
     return "--size-limit " + std::to_string(static_cast<long>(std::ceil(bytes / kMegabyte)));
   };
   if (without_steps > limit) {
-    throw Error(ExitCode::resources,
-                file.string() + ": would be " + megabytes(without_steps) +
-                    ", the limit is " + megabytes(limit) + "; raise it with " +
-                    larger_limit(without_steps));
+    throw Error(ExitCode::resources, file.string() + ": would be " + megabytes(without_steps) +
+                                         ", the limit is " + megabytes(limit) + "; raise it with " +
+                                         larger_limit(without_steps));
   }
   const std::vector<std::size_t> shown = fitting(steps, limit - without_steps);
   if (shown.size() < steps.size()) {
     written.warnings.push_back("the page shows " + std::to_string(shown.size()) + " of " +
                                vessels::counted(steps.size(), "saved step") + ": all would make " +
-                               megabytes(with_all) + ", the limit is " + megabytes(limit) +
-                               " (" + larger_limit(with_all) + " shows them all)");
+                               megabytes(with_all) + ", the limit is " + megabytes(limit) + " (" +
+                               larger_limit(with_all) + " shows them all)");
   }
   const std::size_t mark = page().find(kDataMark);
   std::string html(page().substr(0, mark));
-  html += summary_block(files, named, folder_name, shown.size(), written.warnings);
+  html += summary_block(files, options, shown.size(), written.warnings);
   html += fixed;
   for (const std::size_t s : shown) html += steps[s];
   html += page().substr(mark + kDataMark.size());

@@ -9,11 +9,10 @@ namespace vstent::report {
 
 struct Options {
   double size_limit = 10;  ///< MB (10^6 bytes); saved steps are dropped evenly to stay below
-  std::string name;        ///< what the page is called; default: the folder's name
+  std::string name;        ///< what the page is called
   std::string version;     ///< of the command
   std::string disclaimer;
-  /// The folder as the page's reader should name it in commands; default: as given.
-  std::string shown_folder;
+  std::string shown_folder;  ///< as commands on the page name it
 };
 
 struct Written {

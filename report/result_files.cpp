@@ -72,8 +72,7 @@ void read_wall(const fs::path& path, ResultFiles& files) {
 std::vector<SavedStep> read_steps(const fs::path& list) {
   const std::string text = text_if_there(list);
   std::map<int, SavedStep> steps;
-  const std::regex entry(
-      R"re(<DataSet\s+timestep="(\d{1,9})"\s+part="([01])"\s+file="([^"]+)")re");
+  const std::regex entry(R"re(<DataSet\s+timestep="(\d{1,9})"\s+part="([01])"\s+file="([^"]+)")re");
   for (std::sregex_iterator match(text.begin(), text.end(), entry), end; match != end; ++match) {
     const int number = std::stoi((*match)[1]);
     SavedStep& step = steps[number];
@@ -93,7 +92,8 @@ std::vector<SavedStep> read_steps(const fs::path& list) {
 }  // namespace
 
 ResultFiles read_result(const fs::path& folder) {
-  if (!fs::is_directory(folder)) refuse(folder, "is no folder; name one that `vstent deploy` wrote");
+  if (!fs::is_directory(folder))
+    refuse(folder, "is no folder; name one that `vstent deploy` wrote");
   ResultFiles files;
   files.case_text = vessels::read_bytes(folder / "case.json");
   files.specification = parse(folder / "case.json", files.case_text);
@@ -115,9 +115,9 @@ ResultFiles read_result(const fs::path& folder) {
   if (fs::exists(folder / "sections.vtp")) {
     files.outlines = vessels::read_polylines(folder / "sections.vtp", files.unit);
   } else if (!files.centerline.empty()) {
-    files.outlines = cut_outlines({files.before, files.after.triangles}, files.after,
-                                  folder / "centerline.vtp", files.unit, files.specification,
-                                  files.metrics);
+    files.outlines =
+        cut_outlines({files.before, files.after.triangles}, files.after, folder / "centerline.vtp",
+                     files.unit, files.specification, files.metrics);
   }
   files.profiles_csv = text_if_there(folder / "profiles.csv");
   files.history_csv = text_if_there(folder / "history.csv");

@@ -19,12 +19,12 @@ struct ResultFiles {
   std::string metrics_text, case_text;  ///< as written
   nlohmann::json metrics, specification;
   TriangleMesh after;
-  std::vector<Vec3> before;                         ///< the vertices of `after` before stenting
-  vessels::Fields vertex_fields, triangle_fields;   ///< scalars; a vector becomes its length
-  TriangleMesh stent;                               ///< empty when there is no stent.vtp
-  std::vector<Polyline> struts, centerline;         ///< empty when there is no such file
+  std::vector<Vec3> before;                        ///< the vertices of `after` before stenting
+  vessels::Fields vertex_fields, triangle_fields;  ///< scalars; a vector becomes its length
+  TriangleMesh stent;                              ///< empty when there is no stent.vtp
+  std::vector<Polyline> struts, centerline;        ///< empty when there is no such file
   vessels::PolylineFile outlines;
-  std::string profiles_csv, history_csv;            ///< empty when there is no such file
+  std::string profiles_csv, history_csv;  ///< empty when there is no such file
   std::vector<SavedStep> steps;
   std::vector<std::string> warnings;
 };

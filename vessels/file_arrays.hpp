@@ -5,8 +5,9 @@
 
 namespace vstent::vessels {
 
-/// The numeric arrays (1 or 3 components) of the file that `surface` was read from, per vertex of its
-/// mesh; a vertex welded from several points takes the first one's values. Values are as written.
+/// The numeric arrays (1 or 3 components) of the file that `surface` was read from, per vertex of
+/// its mesh; a vertex welded from several points takes the first one's values. Values are as
+/// written.
 Fields vertex_fields(const Surface& surface);
 
 /// The same per triangle of the mesh.

@@ -16,9 +16,9 @@ const kUnits = {mm: 'mm', mm2: 'mm²', mm3: 'mm³', deg: '°', percent: '%', N: 
 export function named(key) {
   const words = key.split('_');
   const last = words[words.length - 1];
-  if (words.length > 1 && last === 'mm' && words[words.length - 2] === 'N') return {words: words.slice(0, -2).join(' '), unit: 'N mm'};
-  const unit = words.length > 1 ? kUnits[last] : undefined;
-  return {words: (unit === undefined ? words : words.slice(0, -1)).join(' '), unit: unit ?? ''};
+  if (words.length < 2 || !(last in kUnits)) return {words: words.join(' '), unit: ''};
+  if (words[words.length - 2] === 'per') return {words: words.slice(0, -2).join(' '), unit: `1/${kUnits[last]}`};
+  return {words: words.slice(0, -1).join(' '), unit: kUnits[last]};
 }
 
 export function shownUnit(unit) { return kUnits[unit] ?? unit; }

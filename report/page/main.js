@@ -3,7 +3,7 @@ import {colourTable, drawColourBar, kMaps} from './colours.js';
 import {byId, capitalised, element, jsonBlock, named, number, textBlock} from './format.js';
 import {drawHistory} from './history.js';
 import {describeStation, drawSection, Profile, sectionReach} from './profile.js';
-import {placesOf, profileOf} from './stations.js';
+import {narrowestStation, placesOf, profileOf} from './stations.js';
 import {fillHeadlines, fillTables, fillWarnings} from './tables.js';
 import {lines, unpack} from './unpack.js';
 import {lookAlong, View} from './view.js';
@@ -97,6 +97,7 @@ function lookAt(arrays, places, centerlines) {
     .filter((p) => norm(minus(p, near.centre)) < 1.5 * near.size);
   const look = line.length > 1 ? lookAlong([line[0], ...around, line[line.length - 1]], near.centre, 1.15 * near.size)
     : lookAlong([point(focus, 0), point(focus, focus.length / 3 - 1)], near.centre, 1.15 * near.size);
+  look.depth = 4 * whole.size;
   return {look, whole};
 }
 
@@ -221,9 +222,9 @@ async function start() {
     byId('quantity').addEventListener('change', (event) => { plot.setQuantity(profile.quantities[Number(event.target.value)]); });
     plot = new Profile(byId('profile'), profile, chooseStation);
     plot.setQuantity(profile.quantities[0]);
-    const series = profile.quantities[0].before ?? profile.quantities[0].values ?? [];
-    const narrowest = series.reduce((best, v, i) => (v !== null && (best < 0 || v < series[best]) ? i : best), -1);
-    chooseStation(Math.max(narrowest, 0));
+    byId('whole-profile').parentElement.hidden = !profile.stented;
+    byId('whole-profile').addEventListener('change', (event) => plot.showWhole(event.target.checked));
+    chooseStation(narrowestStation(profile));
     new ResizeObserver(() => drawSection(places[state.station], reach, finalStent)).observe(byId('section'));
   } else {
     byId('profile-panel').hidden = true;

@@ -24,7 +24,7 @@ function bandsFor(profile, quantity) {
 export class Profile {
   /** `onStation(index)` is called when the pointer or the keys move. */
   constructor(home, profile, onStation) {
-    Object.assign(this, {home, profile, onStation, station: null});
+    Object.assign(this, {home, profile, onStation, station: null, whole: false});
     new ResizeObserver(() => this.plot?.setSize(this.size())).observe(home);
     home.addEventListener('keydown', (event) => {
       const step = {ArrowLeft: -1, ArrowRight: 1}[event.key];
@@ -36,7 +36,22 @@ export class Profile {
 
   size() { return {width: Math.max(this.home.clientWidth, 200), height: Math.max(this.home.clientHeight, 160)}; }
 
+  showWhole(whole) {
+    this.whole = whole;
+    this.setQuantity(this.quantity);
+  }
+
+  /** The stent with half its length on either side, or everything. */
+  range() {
+    const {arc, stented} = this.profile;
+    const [first, last] = [arc[0], arc[arc.length - 1]];
+    if (this.whole || !stented) return [first, last];
+    const margin = 0.5 * (stented[1] - stented[0]);
+    return [Math.max(first, stented[0] - margin), Math.min(last, stented[1] + margin)];
+  }
+
   setQuantity(quantity) {
+    this.quantity = quantity;
     this.plot?.destroy();
     const data = [this.profile.arc];
     const series = [{}];
@@ -54,25 +69,37 @@ export class Profile {
       const swatch = element('span', {class: `swatch ${state}`});
       legend.push(element('span', {}, swatch, kNames[state] || quantity.label));
     }
+    if (this.profile.stented) legend.push(element('span', {}, element('span', {class: 'swatch stented'}), 'stent'));
     if (bands.length > 0) legend.push(element('span', {class: 'note'}, 'shaded: shortest to longest diameter'));
     byId('profile-legend').replaceChildren(...legend);
     const unit = quantity.unit ? ` (${quantity.unit})` : '';
     this.plot = new uPlot({
-      ...this.size(), series, bands, legend: {show: false}, scales: {x: {time: false}},
+      ...this.size(), series, bands, legend: {show: false}, scales: {x: {time: false, range: () => this.range()}},
       axes: [{...axis('arc length (mm)'), size: 46}, {...axis(capitalised(quantity.label) + unit), size: 56}],
       cursor: {drag: {x: false, y: false}, y: false, points: {size: 8}},
       hooks: {setCursor: [(plot) => {
         const index = plot.cursor.idx;
-        if (this.moving || index === null || index === undefined) return;
-        this.onStation(index);
+        if (index !== null && index !== undefined) this.onStation(index);
       }],
-      draw: [(plot) => this.drawStation(plot)]},
+      drawClear: [(plot) => this.shadeStent(plot)], draw: [(plot) => this.drawStation(plot)]},
     }, data, this.home);
   }
 
   setStation(index) {
     this.station = index;
     this.plot?.redraw(false, false);
+  }
+
+  shadeStent(plot) {
+    const {stented} = this.profile;
+    if (!stented) return;
+    const [from, to] = stented.map((s) => plot.valToPos(s, 'x', true));
+    const {ctx: context, bbox} = plot;
+    const left = Math.max(from, bbox.left), right = Math.min(to, bbox.left + bbox.width);
+    context.save();
+    context.fillStyle = '#3f6f9f14';
+    context.fillRect(left, bbox.top, right - left, bbox.height);
+    context.restore();
   }
 
   drawStation(plot) {

@@ -5,8 +5,10 @@ import {across, cross, dot, minus, norm, plus, point, scaled, unit} from './vect
 
 function csvColumns(text) {
   const [head, ...rows] = text.trim().split(/\r?\n/).map((line) => line.split(','));
-  const value = (cell) => (cell === '' || cell === undefined ? null : Number(cell));
-  return Object.fromEntries(head.map((name, c) => [name.trim(), rows.map((row) => value(row[c]))]));
+  const cells = (name, c) => rows.map((row) => (row[c] ?? '').trim());
+  const value = (cell) => (cell === '' ? null : Number(cell));
+  return Object.fromEntries(head.map((name) => name.trim()).map((name, c) =>
+    [name, name === 'flags' ? cells(name, c) : cells(name, c).map(value)]));
 }
 
 function stationColumns(stations) {
@@ -37,17 +39,17 @@ export function profileOf(summary, metrics) {
   const columns = summary.profiles_csv ? csvColumns(summary.profiles_csv) : stationColumns(metrics.stations ?? []);
   const arcName = Object.keys(columns).find((name) => name.startsWith('arc_length')) ?? Object.keys(columns)[0];
   if (!arcName || columns[arcName].length === 0) return null;
+  const flags = (columns.flags ?? []).map((text) => text.split(' '));
   const quantities = new Map();
   for (const [name, values] of Object.entries(columns)) {
-    if (name === arcName || /^[xyz](_|$)/.test(name) || values.some((v) => Number.isNaN(v))) continue;
+    if (name === arcName || /^[xyz](_|$)/.test(name) || values.some((v) => Number.isNaN(v)) || name === 'flags' ||
+        values.every((v) => v === null)) continue;
     const words = name.split('_');
     const state = words.find((word) => kStates.includes(word));
     const key = words.filter((word) => word !== state).join('_');
-    const target = state === 'target' && !(key in columns);
     const entry = quantities.get(key) ?? {key};
     entry[state ?? 'values'] = values;
-    if (!quantities.has(key) && !target) quantities.set(key, entry);
-    else if (target) quantities.set(key, entry);
+    quantities.set(key, entry);
   }
   // The target is a lumen's equivalent diameter.
   const target = quantities.get('diameter_mm');
@@ -64,7 +66,28 @@ export function profileOf(summary, metrics) {
   const all = [...quantities.values()];
   const first = all.findIndex((q) => q.key === 'equivalent_diameter_mm');
   if (first > 0) all.unshift(...all.splice(first, 1));
-  return {arc: columns[arcName], columns, quantities: all};
+  const arc = columns[arcName];
+  return {arc, quantities: all, flags, stented: stentedPart(arc, flags, metrics)};
+}
+
+/** Arc lengths between which the stent lies, or null where the whole profile is within it. */
+function stentedPart(arc, flags, metrics) {
+  const inside = arc.filter((_, i) => flags[i]?.includes('in_stent'));
+  if (inside.length > 1) return [inside[0], inside[inside.length - 1]];
+  const {treated_from_mm: from, treated_to_mm: to} = metrics.lumen ?? {};
+  return typeof from === 'number' && typeof to === 'number' ? [from, to] : null;
+}
+
+/** The narrowest station before stenting, within the stent and clear of branches where that is known. */
+export function narrowestStation({arc, quantities, flags, stented}) {
+  const values = quantities[0].before ?? quantities[0].values ?? [];
+  let best = -1;
+  values.forEach((value, i) => {
+    if (value === null || flags[i]?.includes('crosses_branch_before')) return;
+    if (stented && (arc[i] < stented[0] || arc[i] > stented[1])) return;
+    if (best < 0 || value < values[best]) best = i;
+  });
+  return Math.max(best, 0);
 }
 
 function frameOf(outline) {
@@ -87,8 +110,10 @@ export function placesOf(profile, outlines, arrays) {
   const names = Object.keys(arrays ?? {});
   const stationName = names.find((name) => /station/i.test(name));
   const arcName = names.find((name) => /arc/i.test(name));
-  const stateName = names.find((name) => /after|state|stage/i.test(name));
-  outlines.forEach((outline, i) => {
+  const stateName = names.find((name) => /after|which|state/i.test(name));
+  outlines.forEach((closed, i) => {
+    const ends = closed.length >= 6 ? norm(minus(point(closed, 0), point(closed, closed.length / 3 - 1))) : 1;
+    const outline = ends < 1e-9 ? closed.subarray(0, closed.length - 3) : closed;
     const station = stationName ? arrays[stationName][i] :
       arcName ? profile.arc.findIndex((s) => Math.abs(s - arrays[arcName][i]) < 1e-4 * (1 + Math.abs(s))) : -1;
     if (!places[station] || outline.length < 9) return;
@@ -144,5 +169,3 @@ export const inPlane = (outline, {centre, u, v}) => {
   }
   return result;
 };
-
-export {norm};

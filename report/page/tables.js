@@ -1,7 +1,7 @@
 // The figures of metrics.json as tables: known ones with their definitions, unknown ones by their keys.
 import {byId, capitalised, element, named, number, shownUnit} from './format.js';
 
-const kShownAsProfile = new Set(['stations', 'profiles', 'warnings']);
+const kShownAsProfile = new Set(['stations', 'profiles', 'warnings', 'unmeasured']);
 const kLongestList = 40;
 
 const isScalar = (value) => value === null || typeof value !== 'object';
@@ -35,11 +35,19 @@ export function valueAt(metrics, pointer) {
 }
 
 function describe(pointer, definitions) {
-  const known = definitions.get(pointer);
-  if (known) return {label: known.label, unit: shownUnit(known.unit), meaning: known.meaning};
+  const known = definitions.find(pointer);
+  if (known) return {label: known.label, unit: shownUnit(known.unit), meaning: known.meaning, absent: known.absent};
   const keys = pointer.split('/').slice(2);
   const last = named(keys.pop() ?? pointer.slice(1));
   return {label: capitalised([...keys.map((key) => key.replaceAll('_', ' ')), last.words].join(', ')), unit: last.unit, meaning: ''};
+}
+
+/** Definitions by JSON pointer, where `*` stands for any one key. */
+function definitionsIn(list) {
+  const exact = new Map(list.map((definition) => [definition.key, definition]));
+  const patterns = list.filter(({key}) => key.includes('*')).map((definition) => ({definition, keys: definition.key.split('/')}));
+  const matches = (keys, pattern) => keys.length === pattern.length && keys.every((key, i) => pattern[i] === '*' || pattern[i] === key);
+  return {find: (pointer) => exact.get(pointer) ?? patterns.find(({keys}) => matches(pointer.split('/'), keys))?.definition};
 }
 
 const twin = (pointer) => pointer.replace(/(^|[_/])before(?=$|[_/])/, '$1after');
@@ -59,7 +67,8 @@ function groupTable(entries, definitions) {
   const done = new Set();
   for (const {pointer, value} of entries) {
     if (done.has(pointer)) continue;
-    const {label, unit, meaning} = describe(pointer, definitions);
+    const {label, unit, meaning, absent} = describe(pointer, definitions);
+    const why = value === null && absent ? ` Not known: ${absent}.` : '';
     const other = twin(pointer) !== pointer ? byPointer.get(twin(pointer)) : undefined;
     const row = element('tr');
     if (other) {
@@ -68,23 +77,23 @@ function groupTable(entries, definitions) {
     } else {
       row.append(element('th', {scope: 'row'}, label), valueCell(pointer, value, paired ? 2 : 1));
     }
-    row.append(element('td', {class: 'unit'}, unit), element('td', {class: 'meaning'}, meaning));
+    row.append(element('td', {class: 'unit'}, unit), element('td', {class: 'meaning'}, meaning + why));
     body.append(row);
   }
-  const head = paired ? ['', 'before', 'after', 'unit', 'meaning'] : ['', 'value', 'unit', 'meaning'];
+  const head = [...(paired ? ['', 'before', 'after'] : ['', 'value']), '', ''];
   return element('table', {class: 'figures'},
     element('thead', {}, element('tr', {}, ...head.map((text) => element('th', {scope: 'col'}, text)))), body);
 }
 
-function listTable({pointer, rows}) {
+function listTable({pointer, rows}, definitions) {
   const shown = rows.slice(0, kLongestList);
   const keys = [...new Set(rows.flatMap((row) => Object.keys(row)))].filter((key) => rows.some((row) => isScalar(row[key])));
   const heading = (key) => {
-    const {words, unit} = named(key);
-    return unit ? `${words} (${unit})` : words;
+    const {label, unit, meaning} = describe(`${pointer}/0/${escaped(key)}`, definitions);
+    return element('th', {scope: 'col', title: meaning}, unit ? `${label} (${unit})` : label);
   };
   const table = element('table', {class: 'figures list'},
-    element('thead', {}, element('tr', {}, ...keys.map((key) => element('th', {scope: 'col'}, heading(key))))),
+    element('thead', {}, element('tr', {}, ...keys.map(heading))),
     element('tbody', {}, ...shown.map((row, i) => element('tr', {},
       ...keys.map((key) => (isScalar(row[key]) ? valueCell(`${pointer}/${i}/${escaped(key)}`, row[key] ?? null) : element('td')))))));
   const title = capitalised(named(pointer.split('/').pop()).words);
@@ -93,7 +102,7 @@ function listTable({pointer, rows}) {
 }
 
 export function fillTables(metrics, definitionList) {
-  const definitions = new Map(definitionList.map((definition) => [definition.key, definition]));
+  const definitions = definitionsIn(definitionList);
   const general = [];
   const home = byId('tables');
   const add = (title, parts) => home.append(element('section', {class: 'panel'}, element('h2', {}, title), ...parts));
@@ -106,8 +115,14 @@ export function fillTables(metrics, definitionList) {
     }
     const entries = [...leaves(value, pointer)];
     const parts = entries.length > 0 ? [element('div', {class: 'scroll'}, groupTable(entries, definitions))] : [];
-    for (const table of tablesBelow(value, pointer)) parts.push(listTable(table));
+    for (const table of tablesBelow(value, pointer)) parts.push(listTable(table, definitions));
     if (parts.length > 0) add(capitalised(key.replaceAll('_', ' ')), parts);
+  }
+  const reasons = Object.entries(metrics.unmeasured ?? {});
+  if (reasons.length > 0) {
+    const row = ([pointer, reason]) => element('tr', {}, element('th', {scope: 'row'}, describe(pointer, definitions).label),
+      element('td', {class: 'meaning'}, String(reason)));
+    add('Not measured', [element('table', {class: 'figures'}, element('tbody', {}, ...reasons.map(row)))]);
   }
   if (general.length > 0) add('Reference', [element('div', {class: 'scroll'}, groupTable(general, definitions))]);
 }
@@ -115,9 +130,12 @@ export function fillTables(metrics, definitionList) {
 const kHeadlines = [
   {title: 'Narrowest lumen', before: '/lumen/narrowest_before_mm', after: '/lumen/narrowest_after_mm', unit: 'mm'},
   {title: 'Diameter stenosis', before: '/lumen/diameter_stenosis_before_percent', after: '/lumen/diameter_stenosis_after_percent', unit: '%'},
+  {title: 'Smallest lumen area', before: '/lumen/minimum_lumen_area_before_mm2', after: '/lumen/minimum_lumen_area_after_mm2', unit: 'mm²'},
   {title: 'Bend along the stent', before: '/shape/stent_bend_before_deg', after: '/shape/stent_bend_after_deg', unit: '°'},
+  {title: 'Largest gap to the wall', after: '/apposition/largest_gap_mm', unit: 'mm'},
+  {title: 'Circumferential stretch, 95 %', after: '/wall/circumferential_stretch_p95', unit: ''},
   {title: 'Wall moved by up to', after: '/shape/largest_displacement_mm', unit: 'mm'},
-  {title: 'Largest gap to the wall', after: '/struts/largest_gap_mm', unit: 'mm'},
+  {title: 'Largest gap to the struts', after: '/struts/largest_gap_mm', unit: 'mm'},
   {title: 'Prolapse between struts', after: '/struts/largest_prolapse_mm', unit: 'mm'},
 ];
 

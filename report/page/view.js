@@ -8,6 +8,7 @@ import {across, cross, minus, norm, plus, point, scaled, unit} from './vector.js
 const kColours = {wall: 0xcc5c54, before: 0x8a97a3, stent: 0x74859a, struts: 0x27405c, centerline: 0x1d2733,
   ringBefore: 0x5d6974, ringAfter: 0xa82a22};
 const kWhite = 0xffffff;
+const kNearer = 0.005;  // of the view's size
 
 export class View {
   constructor(home, look) {
@@ -18,7 +19,7 @@ export class View {
     this.renderer.localClippingEnabled = true;
     home.prepend(this.renderer.domElement);
     this.scene = new THREE.Scene();
-    this.camera = new THREE.OrthographicCamera(-1, 1, 1, -1, -1e4, 1e4);
+    this.camera = new THREE.OrthographicCamera(-1, 1, 1, -1, -look.depth, look.depth);
     const headlight = new THREE.DirectionalLight(kWhite, 1.7);
     headlight.position.set(0.3, 0.4, 1);
     this.camera.add(headlight);
@@ -86,16 +87,30 @@ export class View {
     group.clear();
     if (!geometry) return;
     for (const side of seeThrough ? [THREE.BackSide, THREE.FrontSide] : [THREE.DoubleSide]) {
-      const material = seeThrough ? wallMaterial({...options, side}) : new THREE.MeshPhongMaterial({...options, side});
+      const material = seeThrough ? wallMaterial({...options, side, ...this.towardsViewer()}) : new THREE.MeshPhongMaterial({...options, side});
       const mesh = new THREE.Mesh(geometry, material);
       mesh.renderOrder = (layer === 'wall' ? 2 : 0) + (side === THREE.FrontSide ? 1 : 0);
       group.add(mesh);
     }
   }
 
+  /** The wall lies on the metal: drawn a little nearer than it is, it is seen there and does not flicker. */
+  towardsViewer() {
+    const unit = 2 * this.look.depth / 2 ** 24;
+    return {polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -kNearer * this.look.size / unit};
+  }
+
   setBefore({points, triangles}) {
-    this.meshes('before', surfaceGeometry(points, triangles), {color: kColours.before, transparent: true, opacity: 0.3, depthWrite: false}, true);
+    this.meshes('before', surfaceGeometry(points, triangles), {transparent: true, depthWrite: false}, true);
     this.dirty = true;
+  }
+
+  /** A ghost beside the wall after, or the wall itself in a view of its own. */
+  styleBefore(alone) {
+    for (const {material} of this.layers.before.children) {
+      material.color.set(alone ? kColours.wall : kColours.before);
+      material.opacity = alone ? this.opacity : 0.3;
+    }
   }
 
   /** `field`: {values, perTriangle, low, high, table} or null for the plain wall. */
@@ -170,11 +185,11 @@ export class View {
     this.renderer.setScissorTest(true);
     if (this.mode === 'side') {
       const half = Math.floor(width / 2);
-      const ring = this.layers.station.children;
+      this.styleBefore(true);
       this.part(0, half, height, () => show({...this.shown, before: true, wall: false, stent: false, struts: false}));
       this.part(half, width - half, height, () => show({...this.shown, before: false}));
-      void ring;
     } else {
+      this.styleBefore(false);
       this.part(0, width, height, () => show(this.shown));
     }
     this.drawScaleBar();
