@@ -9,3 +9,5 @@ list(APPEND CMAKE_MODULE_PATH "/usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/Open
 find_package(OpenVDB 10.0 REQUIRED COMPONENTS openvdb)
 find_package(CLI11 REQUIRED)
 find_package(nlohmann_json 3.11 REQUIRED)
+find_package(meshoptimizer REQUIRED)
+find_package(Boost 1.74 REQUIRED COMPONENTS iostreams)

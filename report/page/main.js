@@ -117,10 +117,12 @@ async function start() {
   const outlines = lines(arrays.outlines, arrays['outlines.counts']);
   const profile = profileOf(summary, metrics);
   const places = profile ? placesOf(profile, outlines, scene.outline_arrays) : [];
-  const reach = sectionReach(places);
+  const stentedPlaces = places.filter((_, i) => !profile.stented || (profile.arc[i] >= profile.stented[0] && profile.arc[i] <= profile.stented[1]));
+  const stentReach = sectionReach(stentedPlaces);
+  const reachAt = (place) => Math.max(stentReach, sectionReach([place]));
   const finalStent = arrays.stent ? {points: arrays.stent, triangles: arrays['stent.triangles']} : null;
 
-  const {look, whole} = lookAt(arrays, places, centerlines);
+  const {look, whole} = lookAt(arrays, stentedPlaces, centerlines);
   let view = null;
   try {
     view = new View(byId('scene'), look);
@@ -189,9 +191,9 @@ async function start() {
     if (state.station === index) return;
     state.station = index;
     plot?.setStation(index);
-    drawSection(places[index], reach, finalStent);
+    drawSection(places[index], reachAt(places[index]), finalStent);
     describeStation(profile, index);
-    view?.setStation(places[index], 0.006 * look.size);
+    view?.setStation(places[index], 0.004 * look.size);
     document.documentElement.dataset.station = String(index);
   }
 
@@ -225,7 +227,7 @@ async function start() {
     byId('whole-profile').parentElement.hidden = !profile.stented;
     byId('whole-profile').addEventListener('change', (event) => plot.showWhole(event.target.checked));
     chooseStation(narrowestStation(profile));
-    new ResizeObserver(() => drawSection(places[state.station], reach, finalStent)).observe(byId('section'));
+    new ResizeObserver(() => drawSection(places[state.station], reachAt(places[state.station]), finalStent)).observe(byId('section'));
   } else {
     byId('profile-panel').hidden = true;
   }

@@ -53,24 +53,29 @@ export class Profile {
   setQuantity(quantity) {
     this.quantity = quantity;
     this.plot?.destroy();
+    const {flags} = this.profile;
+    const clear = (state, values) => values.map((value, i) => (flags[i]?.includes(`crosses_branch_${state}`) ? null : value));
     const data = [this.profile.arc];
     const series = [{}];
     const bands = [];
     for (const {state, low, high} of bandsFor(this.profile, quantity)) {
-      data.push(high, low);
+      data.push(clear(state, high), clear(state, low));
       series.push({stroke: 'transparent', points: {show: false}}, {stroke: 'transparent', points: {show: false}});
       bands.push({series: [data.length - 2, data.length - 1], fill: `${kColours[state]}22`});
     }
     const legend = [];
     for (const state of ['target', 'before', 'after', 'values']) {
       if (!quantity[state]) continue;
-      data.push(quantity[state]);
+      data.push(clear(state, quantity[state]));
       series.push({stroke: kColours[state], width: state === 'target' ? 1.5 : 2.2, dash: state === 'target' ? [6, 5] : undefined, points: {show: false}});
       const swatch = element('span', {class: `swatch ${state}`});
       legend.push(element('span', {}, swatch, kNames[state] || quantity.label));
     }
     if (this.profile.stented) legend.push(element('span', {}, element('span', {class: 'swatch stented'}), 'stent'));
     if (bands.length > 0) legend.push(element('span', {class: 'note'}, 'shaded: shortest to longest diameter'));
+    if (flags.some((list) => list.some((flag) => flag.startsWith('crosses_branch')))) {
+      legend.push(element('span', {class: 'note'}, 'gaps: the section runs into a branch'));
+    }
     byId('profile-legend').replaceChildren(...legend);
     const unit = quantity.unit ? ` (${quantity.unit})` : '';
     this.plot = new uPlot({
@@ -126,13 +131,13 @@ function trace(context, points, toPixel, closed) {
 /** Half the side (mm) of a square that holds every outline. */
 export function sectionReach(places) {
   let reach = 0;
-  for (const place of places) {
+  for (const place of places.filter((p) => p?.frame)) {
     for (const outline of [place.before, place.after]) {
       if (!outline) continue;
       for (const [x, y] of inPlane(outline, place.frame)) reach = Math.max(reach, Math.abs(x), Math.abs(y));
     }
   }
-  return reach || 1;
+  return reach > 0 ? reach : 1e-3;
 }
 
 /** The cross-section before and after, with the stent where the plane cuts it. */
@@ -179,7 +184,9 @@ export function drawSection(place, reach, stent) {
 }
 
 export function describeStation(profile, index) {
-  byId('section-title').textContent = `At ${number(Number(profile.arc[index].toFixed(2)))} mm`;
+  const flags = (profile.flags[index] ?? []).map((flag) => flag.replaceAll('_', ' ')).join(', ');
+  byId('section-title').replaceChildren(`At ${number(Number(profile.arc[index].toFixed(2)))} mm`,
+    ...(flags ? [element('span', {class: 'note'}, ` ${flags}`)] : []));
   const states = ['before', 'after'].filter((state) => profile.quantities.some((q) => q[state]));
   const rows = profile.quantities.filter((q) => states.some((s) => q[s]) || q.values).slice(0, 12).map((q) => {
     const cells = q.values ? [element('td', {colSpan: Math.max(states.length, 1)}, number(q.values[index]))] :

@@ -89,16 +89,19 @@ function listTable({pointer, rows}, definitions) {
   const shown = rows.slice(0, kLongestList);
   const keys = [...new Set(rows.flatMap((row) => Object.keys(row)))].filter((key) => rows.some((row) => isScalar(row[key])));
   const heading = (key) => {
-    const {label, unit, meaning} = describe(`${pointer}/0/${escaped(key)}`, definitions);
+    const known = definitions.find(`${pointer}/0/${escaped(key)}`);
+    const {words, unit: itsUnit} = named(key);
+    const {label, unit, meaning} = known ? {...known, unit: shownUnit(known.unit)} : {label: capitalised(words), unit: itsUnit, meaning: ''};
     return element('th', {scope: 'col', title: meaning}, unit ? `${label} (${unit})` : label);
   };
   const table = element('table', {class: 'figures list'},
     element('thead', {}, element('tr', {}, ...keys.map(heading))),
     element('tbody', {}, ...shown.map((row, i) => element('tr', {},
       ...keys.map((key) => (isScalar(row[key]) ? valueCell(`${pointer}/${i}/${escaped(key)}`, row[key] ?? null) : element('td')))))));
-  const title = capitalised(named(pointer.split('/').pop()).words);
+  const keysAbove = pointer.split('/');
+  const title = keysAbove.length > 2 ? element('h3', {}, capitalised(named(keysAbove.pop()).words)) : null;
   const more = rows.length > shown.length ? element('p', {class: 'note'}, `${rows.length - shown.length} further rows are in metrics.json.`) : null;
-  return element('div', {class: 'scroll'}, element('h3', {}, title), table, more);
+  return element('div', {class: 'scroll'}, ...[title, table, more].filter(Boolean));
 }
 
 export function fillTables(metrics, definitionList) {

@@ -102,6 +102,7 @@ export class View {
 
   setBefore({points, triangles}) {
     this.meshes('before', surfaceGeometry(points, triangles), {transparent: true, depthWrite: false}, true);
+    this.styleBefore(false);
     this.dirty = true;
   }
 
@@ -188,8 +189,8 @@ export class View {
       this.styleBefore(true);
       this.part(0, half, height, () => show({...this.shown, before: true, wall: false, stent: false, struts: false}));
       this.part(half, width - half, height, () => show({...this.shown, before: false}));
-    } else {
       this.styleBefore(false);
+    } else {
       this.part(0, width, height, () => show(this.shown));
     }
     this.drawScaleBar();
