@@ -248,7 +248,7 @@ function connectView(view, {arrays, struts, centerlines, look, whole, state, fie
   if (arrays.stent) layer('stent', 'stent');
   if (struts.length > 0) layer('struts', 'strut lines');
   layer('centerline', 'centerline');
-  check('cutOpen', 'cut open', (on) => { view.cutOpen = on; view.applyOpacity(); });
+  check('cutOpen', 'cut open', (on) => { view.cutOpen = on; view.applyCut(); });
   const opacity = element('input', {type: 'range', min: '0.05', max: '1', step: '0.05', value: String(view.opacity), id: 'opacity'});
   opacity.addEventListener('input', () => { view.opacity = Number(opacity.value); view.applyOpacity(); });
   byId('layers').append(element('label', {}, 'opacity ', opacity));

@@ -5,10 +5,10 @@ import {byId, number} from './format.js';
 import {colourTexture, paint, surfaceGeometry, wallMaterial} from './surface.js';
 import {across, cross, minus, norm, plus, point, scaled, unit} from './vector.js';
 
-const kColours = {wall: 0xcc5c54, before: 0x8a97a3, stent: 0x74859a, struts: 0x27405c, centerline: 0x1d2733,
+const kColours = {wall: 0xcc5c54, before: 0x8a97a3, stent: 0x93a6ba, struts: 0x27405c, centerline: 0x1d2733,
   ringBefore: 0x5d6974, ringAfter: 0xa82a22};
 const kWhite = 0xffffff;
-const kNearer = 0.005;  // of the view's size
+const kOutwards = 0.005;  // of the view's size
 
 export class View {
   constructor(home, look) {
@@ -87,17 +87,19 @@ export class View {
     group.clear();
     if (!geometry) return;
     for (const side of seeThrough ? [THREE.BackSide, THREE.FrontSide] : [THREE.DoubleSide]) {
-      const material = seeThrough ? wallMaterial({...options, side, ...this.towardsViewer()}) : new THREE.MeshPhongMaterial({...options, side});
+      const material = seeThrough ? wallMaterial({...options, side, ...this.outwards(side)}) : new THREE.MeshPhongMaterial({...options, side});
       const mesh = new THREE.Mesh(geometry, material);
       mesh.renderOrder = (layer === 'wall' ? 2 : 0) + (side === THREE.FrontSide ? 1 : 0);
       group.add(mesh);
     }
+    this.applyCut();
   }
 
-  /** The wall lies on the metal: drawn a little nearer than it is, it is seen there and does not flicker. */
-  towardsViewer() {
+  /** The wall lies on the metal: drawn a little farther out than it is, seen from either side, it does not flicker. */
+  outwards(side) {
+    const sign = side === THREE.FrontSide ? -1 : 1;
     const unit = 2 * this.look.depth / 2 ** 24;
-    return {polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -kNearer * this.look.size / unit};
+    return {polygonOffset: true, polygonOffsetFactor: sign, polygonOffsetUnits: sign * kOutwards * this.look.size / unit};
   }
 
   setBefore({points, triangles}) {
@@ -162,10 +164,19 @@ export class View {
   }
 
   applyOpacity() {
-    for (const mesh of this.layers.wall.children) {
+    for (const {material} of this.layers.wall.children) {
       const opaque = this.opacity > 0.99;
-      Object.assign(mesh.material, {opacity: this.opacity, transparent: !opaque, depthWrite: opaque,
-        clippingPlanes: this.cutOpen ? [this.cutPlane] : null, needsUpdate: true});
+      Object.assign(material, {opacity: this.opacity, transparent: !opaque, depthWrite: opaque, needsUpdate: true});
+    }
+    this.dirty = true;
+  }
+
+  /** Takes the half before the stent's middle away, as seen from where the viewer stands. */
+  applyCut() {
+    for (const layer of ['before', 'wall', 'stent']) {
+      for (const {material} of this.layers[layer].children) {
+        Object.assign(material, {clippingPlanes: this.cutOpen ? [this.cutPlane] : null, needsUpdate: true});
+      }
     }
     this.dirty = true;
   }
