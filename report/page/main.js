@@ -155,6 +155,7 @@ async function start() {
     if (scene.stent && scene.stent.triangles < scene.stent.triangles_in_file) {
       parts.push(`The stent is drawn with ${number(scene.stent.triangles)} of its ${number(scene.stent.triangles_in_file)} triangles, within about ${number(Number(scene.stent.error_mm.toPrecision(1)))} mm.`);
     }
+    parts.push(`Coordinates are rounded to ${number(Number(scene.rounding_mm.toPrecision(1)))} mm.`);
     parts.push('Drag turns, wheel zooms, right drag moves.');
     byId('scene-note').textContent = parts.join(' ');
     state.shownValues = shown;

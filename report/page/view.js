@@ -82,6 +82,7 @@ export class View {
     const group = this.layers[layer];
     for (const child of group.children) {
       child.geometry.dispose();
+      child.material.map?.dispose();
       child.material.dispose();
     }
     group.clear();
