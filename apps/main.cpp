@@ -36,6 +36,8 @@ int run(int argc, char** argv) {
   vstent::apps::add_designs(app);
   vstent::apps::add_stent(app);
   vstent::apps::add_report(app);
+  vstent::apps::add_render(app);
+  vstent::apps::add_view(app);
   vstent::apps::add_demo(app);
   try {
     app.parse(argc, argv);

@@ -91,6 +91,11 @@ std::vector<SavedStep> read_steps(const fs::path& list) {
 
 }  // namespace
 
+json read_metrics(const fs::path& folder) {
+  const fs::path path = folder / "metrics.json";
+  return parse(path, vessels::read_bytes(path));
+}
+
 ResultFiles read_result(const fs::path& folder) {
   if (!fs::is_directory(folder))
     refuse(folder, "is no folder; name one that `vstent deploy` wrote");

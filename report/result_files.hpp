@@ -32,4 +32,7 @@ struct ResultFiles {
 /// \throws Error (input_file)
 ResultFiles read_result(const std::filesystem::path& folder);
 
+/// metrics.json alone. \throws Error (input_file)
+nlohmann::json read_metrics(const std::filesystem::path& folder);
+
 }  // namespace vstent::report
