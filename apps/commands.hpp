@@ -12,6 +12,9 @@ void add_centerline(CLI::App& app);
 void add_designs(CLI::App& app);
 void add_stent(CLI::App& app);
 void add_demo(CLI::App& app);
+void add_report(CLI::App& app);
+void add_render(CLI::App& app);
+void add_view(CLI::App& app);
 
 /// Printed wherever a person meets results.
 inline constexpr const char* kDisclaimer = "Research tool, not for clinical use.";

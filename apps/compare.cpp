@@ -171,7 +171,7 @@ void run(Arguments a) {
   deployment::ResultFolder folder(a.out);
   std::vector<Entry> entries;
   std::vector<Panel> panels;
-  std::optional<View> view;
+  std::optional<deployment::Setup> first;
   std::set<std::string> taken;
   for (const std::string& design : a.designs) {
     Entry entry{design, folder_name(design, taken), {}, {}, ExitCode::ok};
@@ -180,16 +180,14 @@ void run(Arguments a) {
     options.label = entry.folder + " (" + std::to_string(entries.size() + 1) + " of " +
                     std::to_string(a.designs.size()) + "): ";
     try {
-      const CaseRun one =
-          run_case(with_design(given, design), folder.stage() / entry.folder, options);
+      CaseRun one = run_case(with_design(given, design), folder.stage() / entry.folder, options);
       std::ifstream(folder.stage() / entry.folder / "metrics.json") >> entry.metrics;
-      if (!view) {
-        view = view_of(one.setup);
-        panels.push_back({"before", one.setup.surface.mesh, {}});
-      }
+      if (!first) panels.push_back({"before", one.setup.surface.mesh, {}});
       TriangleMesh wall = one.setup.surface.mesh;
       wall.points = one.outcome.positions;
-      panels.push_back({entry.folder, std::move(wall), stent_surface(one.setup, one.outcome)});
+      panels.push_back(
+          {entry.folder, std::move(wall), stent_surface(one.setup, one.outcome.stent)});
+      if (!first) first = std::move(one.setup);
     } catch (const Error& error) {
       if (error.code() == ExitCode::interrupted || error.code() == ExitCode::output) throw;
       entry.refusal = error.what();
@@ -205,11 +203,11 @@ void run(Arguments a) {
     refused += (refused.empty() ? "" : ", ") + e.folder;
     code = e.code;
   }
-  if (!view)
+  if (!first)
     throw Error(code, a.case_file + ": no design could be deployed; " + entries[0].refusal);
   vessels::write_whole(folder.stage() / "compare.json", table_json(a.case_file, entries));
   vessels::write_whole(folder.stage() / "compare.csv", table_csv(entries));
-  if (a.run.pictures) draw_panels(*view, panels, folder.stage() / "compare.png");
+  if (a.run.pictures) draw_panels(*first, panels, folder.stage() / "compare.png");
   folder.publish();
   print_table(entries);
   std::cout << "result " << folder.final_folder().string() << '\n' << kDisclaimer << '\n';

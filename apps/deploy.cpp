@@ -140,6 +140,7 @@ void add_deploy(CLI::App& app) {
   command->add_flag("--allow-unconverged", a->run.allow_unconverged,
                     "Keep a result whose forces do not balance");
   command->add_flag("!--no-pictures", a->run.pictures, "Do not draw stages.png");
+  command->add_flag("!--no-report", a->run.report, "Do not write report.html");
   a->threads.add_option(*command);
   command->footer(
       "Examples:\n"
@@ -151,7 +152,7 @@ void add_deploy(CLI::App& app) {
       "  vstent deploy OUT/case.json -o AGAIN        the same bytes again\n"
       "OUT holds stented.vtp, stent.vtp, stent.vdb, struts.vtp (with --design), centerline.vtp, "
       "case.json, metrics.json, "
-      "history.csv, stages.png.");
+      "history.csv, stages.png, report.html.");
   command->callback([a] { run(*a); });
 }
 

@@ -28,6 +28,7 @@ int run(int argc, char** argv) {
       "  vstent centerline wall.stl --units mm -o cl.vtp\n"
       "  vstent designs\n"
       "  vstent stent xience_s --diameter 3mm -o stent.stl\n"
+      "  vstent report OUT\n"
       "  vstent demo -o demo\n"
       "`vstent SUBCOMMAND --help` says more.");
   vstent::apps::add_deploy(app);
@@ -36,6 +37,9 @@ int run(int argc, char** argv) {
   vstent::apps::add_centerline(app);
   vstent::apps::add_designs(app);
   vstent::apps::add_stent(app);
+  vstent::apps::add_report(app);
+  vstent::apps::add_render(app);
+  vstent::apps::add_view(app);
   vstent::apps::add_demo(app);
   try {
     app.parse(argc, argv);

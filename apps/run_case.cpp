@@ -5,6 +5,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/pictures.hpp"
+#include "apps/report.hpp"
 #include "apps/terminal.hpp"
 #include "deployment/result_folder.hpp"
 #include "deployment/results.hpp"
@@ -106,6 +107,11 @@ CaseRun run_case(const deployment::Case& specification, const std::filesystem::p
   const deployment::Metrics metrics = deployment::write_results(setup, outcome, folder.stage());
   require_sound(metrics, setup.specification.surface);
   if (options.pictures) draw_stages(setup, outcome, midway, folder.stage() / "stages.png");
+  if (options.report) {
+    progress.show("writing the report ...");
+    add_report_page(folder.stage(), out);
+    progress.clear();
+  }
   if (interrupted()) throw Error(ExitCode::interrupted, "stopped on request");
   folder.publish();
   if (options.summary) print_summary(setup, outcome, metrics, folder.final_folder());

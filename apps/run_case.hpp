@@ -12,6 +12,7 @@ namespace vstent::apps {
 struct RunOptions {
   bool allow_unconverged = false;
   bool pictures = true;  ///< stages.png: before, midway, after
+  bool report = true;    ///< report.html
   bool summary = true;   ///< on standard output
   std::string label;     ///< before every line of progress
 };

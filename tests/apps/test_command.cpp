@@ -35,7 +35,7 @@ fs::path ideal_vessel(const TemporaryFolder& folder) {
 
 std::string stent_options(const fs::path& surface) {
   return "deploy " + surface.string() +
-         " --units mm --at lesion --length 24mm --diameter 10mm --no-pictures";
+         " --units mm --at lesion --length 24mm --diameter 10mm --no-pictures --no-report";
 }
 
 const char* const kFiles[] = {"stented.vtp", "stent.vtp",    "stent.vdb",  "centerline.vtp",

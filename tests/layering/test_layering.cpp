@@ -17,7 +17,8 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"stents", {"stents"}},
     {"vessels", {"vessels", "sdf"}},
     {"deployment", {"deployment", "sdf", "xpbd", "stents", "vessels"}},
-    {"apps", {"apps", "deployment", "sdf", "xpbd", "stents", "vessels"}},
+    {"report", {"report", "vessels", "sdf"}},
+    {"apps", {"apps", "report", "deployment", "sdf", "xpbd", "stents", "vessels"}},
 };
 // Plain geometry, shared by all.
 const std::set<std::string> kShared = {"sdf/geometry.hpp", "sdf/polyline.hpp"};
