@@ -10,6 +10,7 @@
 #include <vtkRendererCollection.h>
 #include <vtkTextActor.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <memory>
 
@@ -180,7 +181,10 @@ void run(const Arguments& a) {
   window->AddRenderer(renderer);
   aim(renderer, view);
   renderer->ResetCameraClippingRange();
+  // Its constructor asks for the styles that are not linked; `style` takes their place.
+  vtkObject::GlobalWarningDisplayOff();
   vtkNew<vtkRenderWindowInteractor> interactor;
+  vtkObject::GlobalWarningDisplayOn();
   interactor->SetRenderWindow(window);
   vtkNew<Turning> style;
   interactor->SetInteractorStyle(style);
@@ -192,6 +196,7 @@ void run(const Arguments& a) {
   interactor->AddObserver(vtkCommand::KeyPressEvent, keys);
   show.window = window;
   show.update();
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_DFL);
   interactor->Start();
 }
 
