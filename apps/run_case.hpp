@@ -4,7 +4,6 @@
 #include <filesystem>
 
 #include "deployment/deploy.hpp"
-#include "deployment/measure.hpp"
 
 namespace vstent::apps {
 

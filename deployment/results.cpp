@@ -78,8 +78,8 @@ Handover handover(const Setup& setup, const Outcome& outcome) {
           {outcome.moved.begin(), outcome.moved.begin() + count}};
 }
 
-Comparison comparison_for(const Setup& setup, const Outcome& outcome, const Handover& result) {
-  Comparison comparison;
+measure::Comparison comparison_for(const Setup& setup, const Outcome& outcome, const Handover& result) {
+  measure::Comparison comparison;
   comparison.axis_before = setup.placement.axis;
   comparison.axis_after = outcome.axis;
   for (const double r : outcome.radii) comparison.target.push_back(2 * r);
@@ -191,10 +191,10 @@ Metrics write_results(const Setup& setup, const Outcome& outcome, const fs::path
   vessels::write_whole(stage / "history.csv", history_csv(outcome.history));
 
   const vessels::Surface written = vessels::read_surface(stage / "stented.vtp", surface.unit);
-  const Comparison comparison = comparison_for(setup, outcome, result);
-  Metrics metrics = measure(surface, written, comparison);
+  const measure::Comparison comparison = comparison_for(setup, outcome, result);
+  Metrics metrics = measure::measure(surface, written, comparison);
   if (outcome.struts) {
-    metrics.struts = measure_struts(written.mesh, comparison.patch_triangles, *outcome.struts,
+    metrics.struts = measure::measure_struts(written.mesh, comparison.patch_triangles, *outcome.struts,
                                     outcome.stent, {outcome.axis, outcome.radii});
   }
   nlohmann::ordered_json json = to_json(metrics);

@@ -4,9 +4,11 @@
 #include <filesystem>
 
 #include "deployment/deploy.hpp"
-#include "deployment/measure.hpp"
+#include "measure/measure.hpp"
 
 namespace vstent::deployment {
+
+using measure::Metrics;
 
 /// Saves the surface and the stent of chosen steps while the simulation runs, and lists them for
 /// ParaView in steps.pvd.

@@ -14,6 +14,9 @@
 namespace vstent::deployment {
 namespace {
 
+using measure::measure_struts;
+using measure::StrutMetrics;
+
 TriangleMesh straight_tube(double radius, double length, double edge) {
   vessels::IdealisedVessel vessel;
   vessel.radius = radius;

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "deployment/measure.hpp"
+#include "measure/measure.hpp"
 #include "sdf/polyline.hpp"
 #include "vessels/idealised.hpp"
 
-namespace vstent::deployment {
+namespace vstent::measure {
 namespace {
 
 vessels::IdealisedVessel tube(double radius) {
@@ -100,4 +100,4 @@ TEST(Measure, StenosisOfTheIdealVesselIsWhatItWasMadeWith) {
 }
 
 }  // namespace
-}  // namespace vstent::deployment
+}  // namespace vstent::measure

@@ -1,4 +1,4 @@
-#include "deployment/measure.hpp"
+#include "measure/measure.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 #include "vessels/check.hpp"
 #include "vessels/error.hpp"
 
-namespace vstent::deployment {
+namespace vstent::measure {
 namespace {
 
 using nlohmann::ordered_json;
@@ -182,4 +182,4 @@ ordered_json to_json(const Metrics& m) {
   return result;
 }
 
-}  // namespace vstent::deployment
+}  // namespace vstent::measure

@@ -1,4 +1,4 @@
-#include "deployment/strut_metrics.hpp"
+#include "measure/strut_metrics.hpp"
 
 #include <tbb/parallel_for.h>
 
@@ -9,7 +9,7 @@
 #include "sdf/exact_field.hpp"
 #include "sdf/polyline.hpp"
 
-namespace vstent::deployment {
+namespace vstent::measure {
 namespace {
 
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
@@ -191,4 +191,4 @@ nlohmann::ordered_json to_json(const StrutMetrics& m) {
           {"deepest_penetration_mm", m.deepest_penetration}};
 }
 
-}  // namespace vstent::deployment
+}  // namespace vstent::measure

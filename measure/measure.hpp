@@ -4,12 +4,12 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 
-#include "deployment/strut_metrics.hpp"
+#include "measure/strut_metrics.hpp"
 #include "sdf/solid.hpp"
 #include "vessels/sections.hpp"
 #include "vessels/surface.hpp"
 
-namespace vstent::deployment {
+namespace vstent::measure {
 
 /// What to hold the written surface against. Lengths in mm.
 struct Comparison {
@@ -56,4 +56,4 @@ Metrics measure(const vessels::Surface& before, const vessels::Surface& after,
 
 nlohmann::ordered_json to_json(const Metrics& metrics);
 
-}  // namespace vstent::deployment
+}  // namespace vstent::measure
