@@ -10,6 +10,7 @@ void add_check(CLI::App& app);
 void add_centerline(CLI::App& app);
 void add_designs(CLI::App& app);
 void add_stent(CLI::App& app);
+void add_measure(CLI::App& app);
 void add_demo(CLI::App& app);
 
 /// Printed wherever a person meets results.

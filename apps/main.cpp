@@ -27,6 +27,7 @@ int run(int argc, char** argv) {
       "  vstent centerline wall.stl --units mm -o cl.vtp\n"
       "  vstent designs\n"
       "  vstent stent xience_s --diameter 3mm -o stent.stl\n"
+      "  vstent measure wall.stl OUT/stented.vtp --units mm --stent OUT/stent.vdb -o metrics.json\n"
       "  vstent demo -o demo\n"
       "`vstent SUBCOMMAND --help` says more.");
   vstent::apps::add_deploy(app);
@@ -34,6 +35,7 @@ int run(int argc, char** argv) {
   vstent::apps::add_centerline(app);
   vstent::apps::add_designs(app);
   vstent::apps::add_stent(app);
+  vstent::apps::add_measure(app);
   vstent::apps::add_demo(app);
   try {
     app.parse(argc, argv);

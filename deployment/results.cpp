@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "sdf/polyline.hpp"
+#include "measure/report_files.hpp"
 #include "stents/pattern_metrics.hpp"
 #include "vessels/error.hpp"
 #include "vessels/file_guard.hpp"
@@ -37,8 +37,7 @@ sdf::LevelSet stent_level_set(const Setup& setup, const sdf::Solid& solid) {
 }
 
 /// The stent's surface in the unit of the vessel's file.
-void write_stent_surface(const Setup& setup, const sdf::LevelSet& level_set, const fs::path& path) {
-  TriangleMesh mesh = level_set.surface();
+void write_stent_surface(const Setup& setup, TriangleMesh mesh, const fs::path& path) {
   for (Vec3& p : mesh.points) p /= vessels::millimetres_per(setup.surface.unit);
   const vessels::Surface surface = vessels::make_surface(std::move(mesh), "stent");
   vessels::write_surface(surface, surface.mesh.points,
@@ -49,16 +48,6 @@ std::string step_name(const std::string& what, int step) {
   std::string digits = std::to_string(step);
   digits.insert(0, digits.size() < 5 ? 5 - digits.size() : 0, '0');
   return what + "_" + digits + ".vtp";
-}
-
-vessels::Fields displacement_field(const std::vector<Vec3>& before,
-                                   const std::vector<Vec3>& after) {
-  std::vector<double> displacement;
-  displacement.reserve(3 * before.size());
-  for (std::size_t v = 0; v < before.size(); ++v) {
-    for (int k = 0; k < 3; ++k) displacement.push_back(after[v][k] - before[v][k]);
-  }
-  return {{"Displacement", std::move(displacement)}};
 }
 
 /// The result on the vertices it is handed on with: those of the simulation, or the input's own.
@@ -78,19 +67,26 @@ Handover handover(const Setup& setup, const Outcome& outcome) {
           {outcome.moved.begin(), outcome.moved.begin() + count}};
 }
 
-measure::Comparison comparison_for(const Setup& setup, const Outcome& outcome, const Handover& result) {
-  measure::Comparison comparison;
-  comparison.axis_before = setup.placement.axis;
-  comparison.axis_after = outcome.axis;
+measure::Comparison comparison_for(const Setup& setup, const Outcome& outcome,
+                                   const Handover& result, const vessels::Surface& written,
+                                   const measure::StentBody& stent) {
+  measure::Comparison comparison{result.surface, written, setup.centerline, &stent};
+  comparison.way = setup.placement.way;
+  comparison.stent_axis_before = setup.placement.axis;
+  comparison.stent_axis_after = outcome.axis;
   for (const double r : outcome.radii) comparison.target.push_back(2 * r);
-  comparison.reference_diameter = setup.placement.reference_diameter;
-  comparison.stent = outcome.stent;
   comparison.movable = result.moved;
+  return comparison;
+}
+
+/// 1 for the triangles that may have moved.
+std::vector<char> patch_triangles(const Handover& result) {
+  std::vector<char> marks;
   for (const Triangle& t : result.surface.mesh.triangles) {
-    comparison.patch_triangles.push_back(std::any_of(
+    marks.push_back(std::any_of(
         t.begin(), t.end(), [&](int v) { return result.moved[static_cast<std::size_t>(v)] != 0; }));
   }
-  return comparison;
+  return marks;
 }
 
 void write_strut_lines(const Setup& setup, const stents::PlacedStent& struts,
@@ -153,7 +149,7 @@ void StepSaver::save(const StepRecord& record, std::span<const Vec3> patch_posit
   vessels::write_surface(setup_.surface, positions, moved,
                          stage_ / "steps" / step_name("wall", record.step));
   const StentState state = stent_state(setup_, record.expansion);
-  write_stent_surface(setup_, stent_level_set(setup_, solid_of(setup_, state)),
+  write_stent_surface(setup_, stent_level_set(setup_, solid_of(setup_, state)).surface(),
                       stage_ / "steps" / step_name("stent", record.step));
   steps_.push_back(record.step);
 }
@@ -176,35 +172,44 @@ void StepSaver::write_list() const {
 Metrics write_results(const Setup& setup, const Outcome& outcome, const fs::path& stage) {
   const Handover result = handover(setup, outcome);
   const vessels::Surface& surface = result.surface;
-  vessels::write_surface(surface, result.positions, result.moved, stage / "stented.vtp",
-                         displacement_field(surface.mesh.points, result.positions));
   const sdf::LevelSet level_set = stent_level_set(setup, outcome.stent);
   try {
     level_set.write(stage / "stent.vdb", "stent");
   } catch (const std::runtime_error& error) {
     throw Error(ExitCode::output, std::string("stent.vdb: ") + error.what());
   }
-  write_stent_surface(setup, level_set, stage / "stent.vtp");
+  const measure::StentBody stent(level_set);
+  write_stent_surface(setup, stent.surface(), stage / "stent.vtp");
   if (outcome.struts) write_strut_lines(setup, *outcome.struts, stage / "struts.vtp");
   vessels::write_centerline(setup.centerline, surface.unit, stage / "centerline.vtp");
   vessels::write_whole(stage / "case.json", to_json(setup.specification).dump(2) + "\n");
   vessels::write_whole(stage / "history.csv", history_csv(outcome.history));
 
-  const vessels::Surface written = vessels::read_surface(stage / "stented.vtp", surface.unit);
-  const measure::Comparison comparison = comparison_for(setup, outcome, result);
-  Metrics metrics = measure::measure(surface, written, comparison);
+  // What is measured is what was written: first without the fields, which follow from it.
+  const fs::path stented = stage / "stented.vtp";
+  vessels::write_surface(surface, result.positions, result.moved, stented);
+  const vessels::Surface written = vessels::read_surface(stented, surface.unit);
+  measure::Measurement measurement =
+      measure::measure(comparison_for(setup, outcome, result, written, stent));
+  vessels::write_surface(surface, result.positions, result.moved, stented,
+                         measurement.vertex_fields, measurement.triangle_fields);
+  Metrics& metrics = measurement.metrics;
   if (outcome.struts) {
-    metrics.struts = measure::measure_struts(written.mesh, comparison.patch_triangles, *outcome.struts,
-                                    outcome.stent, {outcome.axis, outcome.radii});
+    metrics.struts = measure::measure_struts(written.mesh, patch_triangles(result), *outcome.struts,
+                                             outcome.stent, {outcome.axis, outcome.radii});
+    const double crimped = setup.design->expanded(setup.design->limits().crimped_diameter).length;
+    metrics.stent.foreshortening = 100 * (1 - setup.placement.arc.back() / crimped);
+    metrics.stent.recoil = 100 * setup.design_specification.recoil;
   }
-  nlohmann::ordered_json json = to_json(metrics);
+  vessels::write_whole(stage / "profiles.csv", measure::profiles_csv(metrics));
+  measure::write_sections(metrics, surface.unit, stage / "sections.vtp");
+  nlohmann::ordered_json json = measure::to_json(metrics);
   if (setup.design) json["design"] = design_json(setup, outcome);
   json["simulation"] = {
       {"converged", outcome.converged},
       {"steps", outcome.history.empty() ? 0 : outcome.history.back().step},
       {"relative_residual", outcome.history.empty() ? 0 : outcome.history.back().residual},
       {"contact_force_N", outcome.contact_force}};
-  json["reference_diameter_mm"] = setup.placement.reference_diameter;
   json["warnings"] = setup.warnings;
   vessels::write_whole(stage / "metrics.json", json.dump(2) + "\n");
   return metrics;

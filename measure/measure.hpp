@@ -1,59 +1,58 @@
-// What the deployment did, measured on the geometry that was written, never taken from the solver.
+// What did the stent do? Measured on two surfaces, before and after, whatever made them.
 #pragma once
 
+#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
-#include <optional>
 
+#include "measure/apposition.hpp"
+#include "measure/lumen.hpp"
+#include "measure/mesh_certificate.hpp"
+#include "measure/shape.hpp"
+#include "measure/side_branches.hpp"
+#include "measure/stented_wall.hpp"
 #include "measure/strut_metrics.hpp"
-#include "sdf/solid.hpp"
-#include "vessels/sections.hpp"
-#include "vessels/surface.hpp"
 
 namespace vstent::measure {
 
-/// What to hold the written surface against. Lengths in mm.
+/// What is compared, and what is known of the stent. Lengths in mm.
 struct Comparison {
-  Polyline axis_before;               ///< of the stent's place, before straightening
-  Polyline axis_after;                ///< of the stent
-  std::vector<double> target;         ///< nominal lumen diameter per axis point
-  double reference_diameter = 0;      ///< 0: unknown
-  sdf::Solid stent;                   ///< its outer surface
-  std::vector<char> movable;          ///< per mesh vertex
-  std::vector<char> patch_triangles;  ///< per mesh triangle
+  const vessels::Surface& before;
+  const vessels::Surface& after;
+  const vessels::Centerline& centerline;  ///< of `before`, radii known
+  const StentBody* stent = nullptr;       ///< null: not known
+  vessels::CenterlinePath way = {};       ///< through the treated place; empty: found
+  Polyline stent_axis_before = {}, stent_axis_after = {};  ///< its own; empty: not known
+  std::vector<double> target = {};  ///< nominal lumen diameter per point of that axis
+  double nominal_diameter = 0;      ///< instead, one for the whole stent; 0: not known
+  std::vector<char> movable = {};   ///< per vertex, 1 in the patch; empty: not known
 };
 
-/// The lumen at one place of the stented length.
-struct Station {
-  double arc_length = 0;  ///< from the stent's proximal end, mm
-  double target = 0;      ///< mm
-  std::optional<vessels::Section> before, after;
+/// A stent that was made from a design, for what only the design knows.
+struct StentMetrics {
+  std::optional<double> length, nominal_length, foreshortening, recoil;  ///< mm, mm, %, %
 };
 
-struct Metrics {
-  std::vector<Station> stations;
-  double narrowest_before = 0, narrowest_after = 0;  ///< equivalent diameter, mm
-  /// Where the lumen was narrower than its target: mean equivalent diameter over target, smallest
-  /// diameter of any direction (mm), and the share of the stented length that is so.
-  double opened_mean_over_target = 0, opened_min_diameter = 0, opened_share = 0;
-  std::optional<double> stenosis_before, stenosis_after;  ///< % of the reference diameter
-  double bend_before = 0, bend_after = 0;  ///< deg, between the end tangents of the stented axis
-  double lumen_bend_after = 0;             ///< deg, the same of the lumen's own section centroids
-  double deepest_penetration = 0;   ///< mm, of any wall vertex into the stent's outer surface
-  double largest_displacement = 0;  ///< mm
-  std::size_t moved_vertices = 0, changed_outside_patch = 0;
-  std::size_t inverted_triangles = 0;  ///< normals that turned by more than 90 degrees
-  std::size_t self_intersections_before = 0,
-              new_self_intersections = 0;  ///< pairs with a triangle of the patch
-  bool closed_before = false, closed_after = false;
-  std::size_t openings_before = 0, openings_after = 0;
-  std::size_t non_manifold_edges_after = 0;
+/// A figure that is nothing or 0 for want of input is null in metrics.json, with the reason.
+struct Metrics : LumenMetrics, ShapeMetrics, MeshMetrics {
+  bool has_stent = false;
+  bool changed = false;  ///< the treated length is known: by the stent or by what moved
+  StentMetrics stent;
+  std::optional<AppositionMetrics> apposition;
+  double deepest_penetration = 0;   ///< mm, that of the apposition
+  std::optional<WallMetrics> wall;  ///< only where the triangles are the same
+  std::optional<double> neighbours_before, neighbours_after;  ///< mm; nothing: none within reach
+  double neighbours_within = 0;                               ///< mm
+  std::vector<SideBranch> branches;
   std::optional<StrutMetrics> struts;  ///< nothing for a smooth tube
 };
 
-/// \throws Error (geometry) when the two surfaces do not have the same vertices and triangles
-Metrics measure(const vessels::Surface& before, const vessels::Surface& after,
-                const Comparison& comparison);
+struct Measurement {
+  Metrics metrics;
+  vessels::Fields vertex_fields, triangle_fields;  ///< for the surface after
+};
 
-nlohmann::ordered_json to_json(const Metrics& metrics);
+/// \throws Error (geometry) where the two surfaces cannot be the same vessel in the same unit, the
+/// stent lies elsewhere, or the centerline is none of this vessel
+Measurement measure(const Comparison& comparison);
 
 }  // namespace vstent::measure

@@ -6,58 +6,31 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "measure/corners.hpp"
+#include "measure/triangle_tree.hpp"
 #include "sdf/exact_field.hpp"
 #include "sdf/polyline.hpp"
 
 namespace vstent::measure {
 namespace {
 
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
-
-/// The triangles of the wall that may have moved, in a tree.
+/// The triangles of the wall that may have moved.
 class Wall {
  public:
-  Wall(const TriangleMesh& mesh, std::span<const char> chosen) : mesh_(mesh) {
-    std::vector<Box> boxes;
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-      if (!chosen[t]) continue;
-      triangles_.push_back(mesh.triangles[t]);
-      Box box;
-      for (const int v : mesh.triangles[t]) box.include(mesh.points[at(v)]);
-      boxes.push_back(box);
-    }
-    tree_ = sdf::BoxTree(boxes);
-  }
+  Wall(const TriangleMesh& mesh, std::span<const char> chosen)
+      : mesh_(mesh), chosen_(chosen), tree_(mesh, chosen) {}
 
   /// Distance along `direction` (unit) to the first triangle within `limit` of x; infinity: none.
   double ahead(const Vec3& x, const Vec3& direction, double limit) const {
-    double nearest = std::numeric_limits<double>::infinity();
-    Box way;
-    way.include(x);
-    way.include(Vec3(x + limit * direction));
-    tree_.overlapping(way, [&](int t) {
-      const auto [a, b, c] = corners(triangles_[at(t)]);
-      // Cramer's rule for x + s d = a + u (b - a) + v (c - a).
-      const Vec3 ab = b - a, ac = c - a, ax = x - a;
-      const Vec3 across = direction.cross(ac);
-      const double determinant = ab.dot(across);
-      if (determinant == 0) return;
-      const double u = ax.dot(across) / determinant;
-      const Vec3 turned = ax.cross(ab);
-      const double v = direction.dot(turned) / determinant;
-      constexpr double kSlack = 1e-9;  // rays through an edge must not slip between its triangles
-      if (u < -kSlack || v < -kSlack || u + v > 1 + kSlack) return;
-      const double s = ac.dot(turned) / determinant;
-      if (s >= 0 && s <= limit) nearest = std::min(nearest, s);
-    });
-    return nearest;
+    return tree_.ahead(x, direction, limit);
   }
 
   /// Points no further than `spacing` apart on every triangle, corners included.
   std::vector<Vec3> sampled(double spacing) const {
     std::vector<Vec3> points;
-    for (const Triangle& t : triangles_) {
-      const auto [a, b, c] = corners(t);
+    for (std::size_t t = 0; t < chosen_.size(); ++t) {
+      if (!chosen_[t]) continue;
+      const auto [a, b, c] = corners(mesh_, t);
       const double size = std::max({(a - b).norm(), (b - c).norm(), (c - a).norm()});
       const int parts = std::max(1, static_cast<int>(std::ceil(size / spacing)));
       for (int i = 0; i <= parts; ++i) {
@@ -69,13 +42,9 @@ class Wall {
   }
 
  private:
-  std::array<Vec3, 3> corners(const Triangle& t) const {
-    return {mesh_.points[at(t[0])], mesh_.points[at(t[1])], mesh_.points[at(t[2])]};
-  }
-
   const TriangleMesh& mesh_;
-  std::vector<Triangle> triangles_;
-  sdf::BoxTree tree_;
+  std::span<const char> chosen_;
+  TriangleTree tree_;
 };
 
 struct Place {
