@@ -26,11 +26,23 @@ StentBody::StentBody(sdf::LevelSet level_set)
 std::vector<double> StentBody::distances(std::span<const Vec3> points) const {
   std::vector<double> result(points.size());
   const double band = level_set_.background();
-  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
-    const double sampled = level_set_.sample(points[i]).distance;
-    result[i] = std::abs(sampled) < 0.999 * band
-                    ? sampled
-                    : std::copysign(to_surface_.closest(points[i]).distance, sampled);
+  constexpr std::size_t kGrain = 256;
+  const auto fill = [&](std::size_t first, std::size_t end) {
+    // The neighbour's distance and the way to it bound this one from above.
+    double last = std::numeric_limits<double>::infinity();
+    for (std::size_t i = first; i < end; ++i) {
+      const double sampled = level_set_.sample(points[i]).distance;
+      result[i] = sampled;
+      if (std::abs(sampled) >= 0.999 * band) {
+        const double limit =
+            i == first ? last : (last + (points[i] - points[i - 1]).norm()) * (1 + 1e-9) + 1e-9;
+        result[i] = std::copysign(to_surface_.closest(points[i], limit).distance, sampled);
+      }
+      last = std::abs(result[i]);
+    }
+  };
+  tbb::parallel_for(std::size_t{0}, (points.size() + kGrain - 1) / kGrain, [&](std::size_t block) {
+    fill(block * kGrain, std::min((block + 1) * kGrain, points.size()));
   });
   return result;
 }
@@ -40,6 +52,7 @@ AppositionMetrics measure_apposition(const StentBody& stent, const CutSurface& a
                                      std::span<const double> vertex_distances) {
   const TriangleMesh& surface = stent.surface();
   const std::vector<double> arc = arc_lengths(axis_after);
+  const std::vector<Vec3> directions = tangents(axis_after);
   const TriangleTree wall(after.surface.mesh);
   std::vector<Facet> facets(surface.triangles.size());
   tbb::parallel_for(std::size_t{0}, facets.size(), [&](std::size_t t) {
@@ -47,7 +60,9 @@ AppositionMetrics measure_apposition(const StentBody& stent, const CutSurface& a
     const Vec3 area = area_vector(x), middle = centroid(x);
     const Vec3 normal = area.normalized();
     const PolylinePlace place = nearest_place(axis_after, arc, middle);
-    const Vec3 out = middle - point_at(axis_after, arc, place.arc_length);
+    const Vec3& along = directions[at(place.segment)];
+    Vec3 out = middle - point_at(axis_after, arc, place.arc_length);
+    out -= out.dot(along) * along;  // the axis goes on straight beyond its ends
     if (!(area.norm() > 0) || normal.dot(out) < std::sqrt(0.5) * out.norm()) return;
     const Vec3 to_wall = after.ends.wall->closest(middle).point - middle;
     Facet& facet = facets[t];

@@ -1,9 +1,13 @@
 #include "measure/measure.hpp"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <numbers>
+#include <set>
 
 #include "measure/corners.hpp"
 #include "sdf/polyline.hpp"
@@ -55,35 +59,52 @@ std::pair<Vec3, double> largest_change(const Comparison& c) {
   return {points[static_cast<std::size_t>(largest - distance.begin())], *largest};
 }
 
-/// Points of the stent's surface, enough to say where it is.
-std::vector<Vec3> thinned(const std::vector<Vec3>& points) {
-  constexpr std::size_t kEnough = 2000;
-  const std::size_t stride = points.size() / kEnough + 1;
-  std::vector<Vec3> result;
-  for (std::size_t i = 0; i < points.size(); i += stride) result.push_back(points[i]);
-  return result;
-}
-
 struct Interval {
   double from = 0, to = 0;
 };
 
-/// Arc lengths between which a stent of these points lies, but for a hundredth at either end.
-Interval extent(const std::vector<Vec3>& points, const Polyline& line,
-                std::span<const double> arc) {
-  std::vector<double> places;
-  for (const Vec3& x : points) places.push_back(nearest_place(line, arc, x).arc_length);
-  std::sort(places.begin(), places.end());
-  const std::size_t cut = places.size() / 100;
-  return {places[cut], places[places.size() - 1 - cut]};
+/// Where on the line a body begins and ends, seen from twelve sides and averaged: an end that is
+/// cut across a little obliquely lies where its middle does.
+Interval extent(const std::vector<Vec3>& points, const Polyline& line) {
+  constexpr std::size_t kSides = 12, kEnough = 20000;
+  const std::vector<double> arc = arc_lengths(line);
+  const Vec3 u = (line.back() - line.front()).unitOrthogonal();
+  const std::size_t stride = points.size() / kEnough + 1;
+  std::vector<PolylinePlace> places((points.size() + stride - 1) / stride);
+  tbb::parallel_for(std::size_t{0}, places.size(), [&](std::size_t i) {
+    places[i] = nearest_place(line, arc, points[i * stride]);
+  });
+  const Interval none{std::numeric_limits<double>::infinity(), 0};
+  std::array<Interval, kSides> sides;
+  sides.fill(none);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const double s = places[i].arc_length;
+    const Vec3 along = tangent_at(line, arc, s), out = points[i * stride] - point_at(line, arc, s);
+    const Vec3 a = (u - u.dot(along) * along).normalized();
+    const double turn = std::atan2(out.dot(along.cross(a)), out.dot(a)) / (2 * std::numbers::pi);
+    Interval& side = sides[static_cast<std::size_t>((turn + 1) * kSides) % kSides];
+    side = {std::min(side.from, s), std::max(side.to, s)};
+  }
+  Interval mean;
+  double seen = 0;
+  for (const Interval& side : sides) {
+    if (side.from > side.to) continue;
+    mean = {mean.from + side.from, mean.to + side.to};
+    seen += 1;
+  }
+  return {mean.from / seen, mean.to / seen};
 }
 
 class Measurer {
  public:
-  explicit Measurer(const Comparison& c) : c_(c), before_(c.before), after_(c.after) {}
+  explicit Measurer(const Comparison& c) : c_(c) {}
 
   Measurement run() {
-    static_cast<MeshMetrics&>(m_) = certify(c_.before.mesh, c_.after.mesh, c_.movable);
+    tbb::parallel_invoke(
+        [&] { cut_before_.emplace(c_.before); }, [&] { cut_after_.emplace(c_.after); },
+        [&] {
+          static_cast<MeshMetrics&>(m_) = certify(c_.before.mesh, c_.after.mesh, c_.movable);
+        });
     m_.has_stent = c_.stent != nullptr;
     find_way();
     take_profile();
@@ -92,8 +113,9 @@ class Measurer {
     static_cast<ShapeMetrics&>(m_) =
         measure_shape(profile_, c_.stent_axis_before, c_.stent_axis_after);
     static_cast<LumenMetrics&>(m_) = measure_lumen(profile_.stations);
-    m_.branches = measure_side_branches(before_, after_, m_.same_triangles, profile_, c_.centerline,
-                                        way_, c_.stent ? c_.stent->surface() : TriangleMesh());
+    m_.branches =
+        measure_side_branches(*cut_before_, *cut_after_, m_.same_triangles, profile_, c_.centerline,
+                              way_, c_.stent ? c_.stent->surface() : TriangleMesh());
     measure_the_wall();
     if (c_.stent) measure_the_stent();
     if (m_.same_triangles) add_displacement();
@@ -106,25 +128,51 @@ class Measurer {
     if (!way_.points.empty()) return;
     if (c_.centerline.branches.empty())
       throw Error(ExitCode::geometry, c_.before.path + ": the centerline is empty");
-    std::optional<Vec3> treated;
+    std::vector<Vec3> places;
     if (c_.stent) {
-      Box box = bounds(c_.stent->surface().points);
-      treated = 0.5 * (box.lower + box.upper);
-      const double half = 0.5 * (box.upper - box.lower).norm();
-      const vessels::CenterlinePlace place = vessels::nearest_place(c_.centerline, *treated);
-      if (!(place.distance <= half + place.radius)) {
-        throw Error(ExitCode::geometry,
-                    "the stent: lies " + mm(place.distance) + " from the vessel's centerline, at " +
-                        vessels::place(*treated) +
-                        " mm; level sets are in mm, whatever the unit of the surfaces");
-      }
+      places = c_.stent->surface().points;
+      require_stent_inside();
     } else {
       const auto [place, distance] = largest_change(c_);
       const Box box = bounds(c_.before.mesh.points);
-      if (distance > 1e-6 * (box.upper - box.lower).norm()) treated = place;
+      if (distance > 1e-6 * (box.upper - box.lower).norm()) places = {place};
     }
-    const int branch = treated ? vessels::nearest_place(c_.centerline, *treated).branch : -1;
-    way_ = vessels::paths(c_.centerline, branch).front();
+    way_ = way_past(places);
+  }
+
+  void require_stent_inside() const {
+    const Box box = bounds(c_.stent->surface().points);
+    const Vec3 middle = 0.5 * (box.lower + box.upper);
+    const double half = 0.5 * (box.upper - box.lower).norm();
+    const vessels::CenterlinePlace place = vessels::nearest_place(c_.centerline, middle);
+    if (place.distance <= half + place.radius) return;
+    throw Error(ExitCode::geometry,
+                "the stent: lies " + mm(place.distance) + " from the vessel's centerline, at " +
+                    vessels::place(middle) +
+                    " mm; level sets are in mm, whatever the unit of the surfaces");
+  }
+
+  /// The way whose branches are the nearest to most of the places; the widest where several are.
+  CenterlinePath way_past(const std::vector<Vec3>& places) const {
+    constexpr std::size_t kEnough = 500;
+    std::map<int, std::size_t> votes;
+    for (std::size_t i = 0; i < places.size(); i += places.size() / kEnough + 1)
+      ++votes[vessels::nearest_place(c_.centerline, places[i]).branch];
+    std::vector<CenterlinePath> ways = vessels::paths(c_.centerline);
+    std::size_t best = 0, most = 0;
+    for (std::size_t w = 0; w < ways.size(); ++w) {
+      std::size_t sum = 0;
+      for (const int branch :
+           std::set<int>(ways[w].branch_of_point.begin(), ways[w].branch_of_point.end())) {
+        const auto found = votes.find(branch);
+        sum += found == votes.end() ? 0 : found->second;
+      }
+      if (sum > most) {
+        best = w;
+        most = sum;
+      }
+    }
+    return std::move(ways[best]);
   }
 
   void take_profile() {
@@ -135,7 +183,7 @@ class Measurer {
       const std::vector<double>& arc = way_.arc_length;
       Interval stent;
       if (c_.stent_axis_before.empty()) {
-        stent = extent(thinned(c_.stent->surface().points), way_.points, arc);
+        stent = extent(c_.stent->surface().points, way_.points);
       } else {
         stent = {nearest_place(way_.points, arc, c_.stent_axis_before.front()).arc_length,
                  nearest_place(way_.points, arc, c_.stent_axis_before.back()).arc_length};
@@ -158,8 +206,8 @@ class Measurer {
       throw Error(ExitCode::geometry,
                   c_.before.path + ": the centerline has no length or no radii at the stent");
     }
-    profile_ = sample_profile(before_, after_, m_.same_triangles, c_.centerline, way_, window.from,
-                              window.to, spacing);
+    profile_ = sample_profile(*cut_before_, *cut_after_, m_.same_triangles, c_.centerline, way_,
+                              window.from, window.to, spacing);
     require_sections();
   }
 
@@ -189,7 +237,7 @@ class Measurer {
       const std::vector<double> arc = arc_lengths(axis);
       Interval stent;
       if (c_.stent_axis_after.empty()) {
-        stent = extent(thinned(c_.stent->surface().points), axis, arc);
+        stent = extent(c_.stent->surface().points, axis);
       } else {
         stent = {nearest_place(axis, arc, c_.stent_axis_after.front()).arc_length,
                  nearest_place(axis, arc, c_.stent_axis_after.back()).arc_length};
@@ -255,7 +303,7 @@ class Measurer {
 
   void measure_the_stent() {
     std::vector<double> distances = c_.stent->distances(c_.after.mesh.points);
-    m_.apposition = measure_apposition(*c_.stent, after_, profile_.axis_after, distances);
+    m_.apposition = measure_apposition(*c_.stent, *cut_after_, profile_.axis_after, distances);
     m_.deepest_penetration = m_.apposition->deepest_penetration;
     m_.stent.length = m_.treated_to - m_.treated_from;
     if (!c_.stent_axis_after.empty()) m_.stent.length = length(c_.stent_axis_after);
@@ -271,7 +319,7 @@ class Measurer {
   }
 
   const Comparison& c_;
-  CutSurface before_, after_;
+  std::optional<CutSurface> cut_before_, cut_after_;
   CenterlinePath way_;
   Profile profile_;
   Metrics m_;

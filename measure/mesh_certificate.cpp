@@ -1,5 +1,7 @@
 #include "measure/mesh_certificate.hpp"
 
+#include <tbb/parallel_invoke.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -74,25 +76,33 @@ MeshMetrics certify(const TriangleMesh& before, const TriangleMesh& after,
   }
   // Where nothing moved all pairs count: an empty list of marks asks for them.
   if (std::find(touched.begin(), touched.end(), 1) == touched.end()) touched.clear();
-  const auto crossings_before = vessels::self_intersections(before, touched);
-  const auto crossings_after = vessels::self_intersections(after, touched);
+  const bool same_points = m.same_triangles && m.moved_vertices == 0;
+  using Crossings = std::vector<std::pair<int, int>>;
+  Crossings crossings_before, crossings_after;
+  vessels::Topology topology_before, topology_after;
+  tbb::parallel_invoke([&] { crossings_before = vessels::self_intersections(before, touched); },
+                       [&] {
+                         if (!same_points)
+                           crossings_after = vessels::self_intersections(after, touched);
+                       },
+                       [&] { topology_before = vessels::topology(before); },
+                       [&] { topology_after = vessels::topology(after); },
+                       [&] { m.angles_before = angle_quality(before); },
+                       [&] { m.angles_after = angle_quality(after); });
+  if (same_points) crossings_after = crossings_before;
   m.self_intersections_before = crossings_before.size();
   m.self_intersections_after = crossings_after.size();
   if (m.same_triangles) {
-    std::vector<std::pair<int, int>> fresh;
+    Crossings fresh;
     std::set_difference(crossings_after.begin(), crossings_after.end(), crossings_before.begin(),
                         crossings_before.end(), std::back_inserter(fresh));
     m.new_self_intersections = fresh.size();
   }
-  const vessels::Topology topology_before = vessels::topology(before);
-  const vessels::Topology topology_after = vessels::topology(after);
   m.openings_before = topology_before.boundary_loops.size();
   m.openings_after = topology_after.boundary_loops.size();
   m.closed_before = m.openings_before == 0;
   m.closed_after = m.openings_after == 0;
   m.non_manifold_edges_after = topology_after.non_manifold_edges.size();
-  m.angles_before = angle_quality(before);
-  m.angles_after = angle_quality(after);
   return m;
 }
 

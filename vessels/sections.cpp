@@ -54,21 +54,25 @@ PlanePoint area_centroid(const std::vector<PlanePoint>& outline, double area) {
   return sum / (6 * area);
 }
 
-/// Distance from `from` to the farthest crossing of the outline along `direction`.
-double ray_reach(const std::vector<PlanePoint>& outline, const PlanePoint& from,
-                 const PlanePoint& direction) {
-  double reach = 0;
+/// Between the farthest crossings of the outline on both sides of `from` along `direction`.
+double chord(const std::vector<PlanePoint>& outline, const PlanePoint& from,
+             const PlanePoint& direction) {
+  double ahead = 0, behind = 0;
   const PlanePoint normal(-direction.y(), direction.x());
-  for (std::size_t i = 0; i < outline.size(); ++i) {
-    const PlanePoint p = outline[i] - from;
-    const PlanePoint q = outline[(i + 1) % outline.size()] - from;
-    const double dp = p.dot(normal);
+  PlanePoint p = outline.back() - from;
+  double dp = p.dot(normal);
+  for (const PlanePoint& next : outline) {
+    const PlanePoint q = next - from;
     const double dq = q.dot(normal);
-    if ((dp > 0) == (dq > 0)) continue;
-    const PlanePoint crossing = p + (q - p) * (dp / (dp - dq));
-    reach = std::max(reach, crossing.dot(direction));
+    if ((dp > 0) != (dq > 0)) {
+      const double along = (p + (q - p) * (dp / (dp - dq))).dot(direction);
+      ahead = std::max(ahead, along);
+      behind = std::max(behind, -along);
+    }
+    p = q;
+    dp = dq;
   }
-  return reach;
+  return ahead + behind;
 }
 
 Section measure(const std::vector<Vec3>& points, const std::vector<PlanePoint>& outline,
@@ -89,10 +93,9 @@ Section measure(const std::vector<Vec3>& points, const std::vector<PlanePoint>& 
   for (int k = 0; k < kDirections; ++k) {
     const double angle = std::numbers::pi * k / kDirections;
     const PlanePoint direction(std::cos(angle), std::sin(angle));
-    const double chord =
-        ray_reach(outline, centroid, direction) + ray_reach(outline, centroid, -direction);
-    section.min_diameter = std::min(section.min_diameter, chord);
-    section.max_diameter = std::max(section.max_diameter, chord);
+    const double across = chord(outline, centroid, direction);
+    section.min_diameter = std::min(section.min_diameter, across);
+    section.max_diameter = std::max(section.max_diameter, across);
   }
   return section;
 }
