@@ -15,8 +15,8 @@ namespace {
 
 using vessels::Section;
 
-constexpr double kFirstReach = 3;  // inscribed radii
-constexpr int kRecentrings = 3;
+constexpr double kFirstReach = 3;                // inscribed radii
+constexpr int kCentrings = 2, kRecentrings = 3;  // before, after
 
 /// Curvature (1/mm) at the points: the turn over half of both segments; the ends take their
 /// neighbour's.
@@ -121,16 +121,17 @@ class Sampler {
     });
   }
 
-  /// By how far the centroids of whole sections went sideways: `shift(station)`.
+  /// `from` moved sideways by `shift(station, its point)`, at the stations whose section before is
+  /// whole.
   template <class Shift>
-  void move_axis(double width, Shift&& shift) {
-    const std::vector<Vec3> along = tangents(profile_.axis_before);
+  Polyline moved(const Polyline& from, double width, Shift&& shift) {
+    const std::vector<Vec3> along = tangents(from);
     std::vector<std::optional<Vec3>> known(along.size());
     for_each([&](std::size_t i, const Station& s) {
       if (!s.whole_before()) return;
-      if (const std::optional<Vec3> by = shift(s)) known[i] = sideways(*by, along[i]);
+      if (const std::optional<Vec3> by = shift(s, from[i])) known[i] = sideways(*by, along[i]);
     });
-    profile_.axis_after = shifted(profile_.axis_before, filled(known), width);
+    return shifted(from, filled(known), width);
   }
 
  private:
@@ -198,22 +199,32 @@ Profile sample_profile(const CutSurface& before, const CutSurface& after, bool s
     width += 0.5 * value_at(way.radii, way.arc_length, station.arc_length);
   }
   width /= static_cast<double>(count);
-  profile.axis_before = profile.axis_after = smooth_keeping_bends(raw, width);
+  profile.axis_before = smooth_keeping_bends(raw, width);
 
+  using Shift = std::optional<Vec3>;
   Sampler sampler(before, after, side_branch_points(centerline, way), way, profile);
   sampler.cut_before();
+  for (int k = 0; k < kCentrings; ++k) {
+    profile.axis_before = sampler.moved(
+        profile.axis_before, width,
+        [](const Station& s, const Vec3& axis) -> Shift { return s.before->centroid - axis; });
+    sampler.cut_before();
+  }
+  profile.axis_after = profile.axis_before;
   if (same_triangles) {
-    sampler.move_axis(width, [&](const Station& s) -> std::optional<Vec3> {
-      return loop(carried(*s.before, after.surface.mesh.points)).centroid -
-             loop(carried(*s.before, before.surface.mesh.points)).centroid;
-    });
+    profile.axis_after =
+        sampler.moved(profile.axis_before, width, [&](const Station& s, const Vec3&) -> Shift {
+          return loop(carried(*s.before, after.surface.mesh.points)).centroid -
+                 loop(carried(*s.before, before.surface.mesh.points)).centroid;
+        });
   } else {
     for (int k = 0; k < kRecentrings; ++k) {
       sampler.cut_after();
-      sampler.move_axis(width, [](const Station& s) -> std::optional<Vec3> {
-        if (!s.whole_after()) return std::nullopt;
-        return s.after->centroid - s.before->centroid;
-      });
+      profile.axis_after =
+          sampler.moved(profile.axis_before, width, [](const Station& s, const Vec3&) -> Shift {
+            if (!s.whole_after()) return std::nullopt;
+            return s.after->centroid - s.before->centroid;
+          });
     }
   }
   sampler.cut_after();

@@ -51,10 +51,11 @@ std::vector<SideBranchPoint> side_branch_points(const vessels::Centerline& cente
 
 /// Sections between arc lengths `from` and `to` of the way, `spacing` (mm) apart.
 ///
-/// Before: normal to the way, smoothed over half its mean radius. After: every point of the axis
-/// goes sideways with the centroid of its section. Where the two surfaces have the same triangles,
-/// the outline is carried with the wall; otherwise the surface after is cut where the axis is by
-/// then, three times. An axis never moves along itself, so stations stay at their places.
+/// The axis before is the way, smoothed over half its mean radius and then moved sideways, twice,
+/// to the centroids of its sections. After, every point of it goes sideways with the centroid of
+/// its section: where the two surfaces have the same triangles, the outline is carried with the
+/// wall; otherwise the surface after is cut where the axis is by then, three times. An axis never
+/// moves along itself, so stations stay at their places.
 ///
 /// A section runs into a branch when a point of its outline belongs to one: it lies within 1.5
 /// radii of the branch's centerline outside this lumen's inscribed circle, and its power distance
