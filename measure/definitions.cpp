@@ -102,7 +102,7 @@ constexpr Definition kListed[] = {
      "By which a placed strut is longer or shorter than the design's.", kNoStruts},
     {"/design/largest_connector_strain", "Largest strain of a connector", "", "The same.",
      kNoStruts},
-    {"/design/overlapping_rings", "Overlapping rings", "", "On the inner side of bends.",
+    {"/design/overlapping_rings/*", "Overlapping rings", "", "On the inner side of bends.",
      kNoStruts},
     {"/simulation/converged", "Forces balance", "", "Whether they did within the tolerance.",
      kDeployOnly},

@@ -208,7 +208,23 @@ class Measurer {
     }
     profile_ = sample_profile(*cut_before_, *cut_after_, m_.same_triangles, c_.centerline, way_,
                               window.from, window.to, spacing);
+    require_centerline_inside();
     require_sections();
+  }
+
+  /// A line of another vessel may well cross this one here and there.
+  void require_centerline_inside() const {
+    constexpr std::size_t kPlaces = 16;
+    const Polyline& axis = profile_.axis_before;
+    std::array<char, kPlaces> inside{};
+    tbb::parallel_for(std::size_t{0}, kPlaces, [&](std::size_t k) {
+      const Vec3& x = axis[(2 * k + 1) * axis.size() / (2 * kPlaces)];
+      inside[k] = cut_before_->ends.wall->winding_number(x) > 0.5;
+    });
+    if (2 * std::count(inside.begin(), inside.end(), 1) > static_cast<int>(kPlaces)) return;
+    throw Error(ExitCode::geometry, c_.before.path +
+                                        ": the centerline runs outside of it; is it of this "
+                                        "vessel, in the same unit?");
   }
 
   void require_sections() const {
@@ -218,9 +234,8 @@ class Measurer {
       closed_after += s.before && s.after;
     }
     if (closed_before == 0) {
-      throw Error(ExitCode::geometry, c_.before.path +
-                                          ": nowhere closed around the centerline; is the "
-                                          "centerline of this vessel, in the same unit?");
+      throw Error(ExitCode::geometry,
+                  c_.before.path + ": nowhere closed around its centerline; check it first");
     }
     if (2 * closed_after < closed_before) {
       throw Error(ExitCode::geometry, c_.after.path + ": closed around the vessel's axis at only " +
@@ -304,6 +319,12 @@ class Measurer {
   void measure_the_stent() {
     std::vector<double> distances = c_.stent->distances(c_.after.mesh.points);
     m_.apposition = measure_apposition(*c_.stent, *cut_after_, profile_.axis_after, distances);
+    if (!(m_.apposition->area > 0)) {
+      throw Error(ExitCode::geometry,
+                  "the stent: no wall of " + c_.after.path +
+                      " lies within its radius; level sets are in mm, whatever the unit of the "
+                      "surfaces");
+    }
     m_.deepest_penetration = m_.apposition->deepest_penetration;
     m_.stent.length = m_.treated_to - m_.treated_from;
     if (!c_.stent_axis_after.empty()) m_.stent.length = length(c_.stent_axis_after);

@@ -134,6 +134,10 @@ TEST(Measure, RefusesWhatCannotBeCompared) {
   EXPECT_NE(refusal({vessel.surface, vessel.surface, vessel.centerline, &far})
                 .find("from the vessel's centerline"),
             std::string::npos);
+  const StentBody tiny = tests::straight_stent(18, 22, 0.2, 0.05);
+  EXPECT_NE(refusal({vessel.surface, vessel.surface, vessel.centerline, &tiny})
+                .find("within its radius; level sets are in mm"),
+            std::string::npos);
   const vessels::Centerline none;
   EXPECT_NE(refusal({vessel.surface, vessel.surface, none}).find("the centerline is empty"),
             std::string::npos);
