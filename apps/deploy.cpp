@@ -113,9 +113,11 @@ void add_deploy(CLI::App& app) {
   command->add_option(
       "--at", a->at,
       "x,y,z in the surface's unit | lesion | branch:arc-length (2:12mm); default lesion");
-  command->add_option("--design", a->design,
-                      "A stent of struts: a name from `vstent designs`, or a design file (.json); "
-                      "default: a smooth tube");
+  command->add_option(
+      "--design", a->design,
+      "A stent of struts: a name from `vstent designs`, a design file (.json), or the "
+      "surface of a straight stent (.stl .vtp .vtk .obj, mm); default: a smooth "
+      "tube");
   command->add_option(
       "--length", a->length,
       "Stent length with unit (30mm); with --design, at nominal diameter, rounded to "

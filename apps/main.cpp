@@ -23,6 +23,7 @@ int run(int argc, char** argv) {
       "  vstent deploy wall.stl --units mm --at 0.36,0.16,-3.78 --length 30mm --diameter 11mm -o "
       "OUT\n"
       "  vstent deploy case.json -o OUT\n"
+      "  vstent compare case.json --designs xience_s,cypher,smooth -o OUT\n"
       "  vstent check wall.stl --units mm\n"
       "  vstent centerline wall.stl --units mm -o cl.vtp\n"
       "  vstent designs\n"
@@ -31,6 +32,7 @@ int run(int argc, char** argv) {
       "  vstent demo -o demo\n"
       "`vstent SUBCOMMAND --help` says more.");
   vstent::apps::add_deploy(app);
+  vstent::apps::add_compare(app);
   vstent::apps::add_check(app);
   vstent::apps::add_centerline(app);
   vstent::apps::add_designs(app);

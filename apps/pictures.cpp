@@ -34,13 +34,7 @@ namespace {
 
 constexpr int kPanelWidth = 640;
 constexpr int kPanelHeight = 860;
-constexpr int kPanels = 3;
-
-/// Looking along `direction` with `up` upwards at `centre`, half `height` (mm) above and below it.
-struct View {
-  Vec3 centre, direction, up;
-  double height = 0;
-};
+constexpr int kPanelsInARow = 4;
 
 vtkNew<vtkActor> actor_for(const TriangleMesh& mesh, double red, double green, double blue,
                            double opacity) {
@@ -67,42 +61,6 @@ vtkNew<vtkActor> actor_for(const TriangleMesh& mesh, double red, double green, d
   actor->GetProperty()->SetOpacity(opacity);
   actor->GetProperty()->SetSpecular(0.2);
   return actor;
-}
-
-/// Across the plane in which the patch bends most, with the stent's axis upright.
-View view_of(const deployment::Setup& setup) {
-  const Polyline& axis = setup.placement.axis;
-  View view;
-  view.up = (axis.front() - axis.back()).normalized();
-  Vec3 mean = Vec3::Zero();
-  for (const Vec3& p : setup.placement.way.points) mean += p;
-  mean /= static_cast<double>(setup.placement.way.points.size());
-  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-  Box box;
-  for (const int v : setup.region.vertices)
-    box.include(setup.surface.mesh.points[static_cast<std::size_t>(v)]);
-  for (const Vec3& p : setup.placement.way.points) {
-    Vec3 across = p - mean;
-    across -= across.dot(view.up) * view.up;
-    spread += across * across.transpose();
-  }
-  spread += 1e-6 * spread.trace() * Eigen::Matrix3d::Identity();
-  // Of the directions across the axis, the way spreads widest along the last eigenvector: that one
-  // lies in the picture.
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(spread);
-  Vec3 sideways = solver.eigenvectors().col(2);
-  if (spread.trace() < 1e-9) sideways = view.up.unitOrthogonal();
-  view.direction = view.up.cross(sideways).normalized();
-  view.centre = 0.5 * (box.lower + box.upper);
-  double half_height = 0;
-  double half_width = 0;
-  for (const int v : setup.region.vertices) {
-    const Vec3 offset = setup.surface.mesh.points[static_cast<std::size_t>(v)] - view.centre;
-    half_height = std::max(half_height, std::abs(offset.dot(view.up)));
-    half_width = std::max(half_width, std::abs(offset.dot(view.up.cross(view.direction))));
-  }
-  view.height = 2 * 1.12 * std::max(half_height, half_width * kPanelHeight / kPanelWidth);
-  return view;
 }
 
 void aim(vtkRenderer* renderer, const View& view) {
@@ -147,54 +105,86 @@ void scale_bar(vtkRenderer* renderer, const View& view) {
         static_cast<int>(0.055 * kPanelHeight), 22);
 }
 
-TriangleMesh stent_surface(const deployment::Setup& setup, const deployment::StentState& state) {
-  return sdf::voxelise(deployment::solid_of(setup, state), {*setup.specification.voxel_size, 3})
-      .surface();
+TriangleMesh surface_of(const deployment::Setup& setup, const deployment::StentShape& stent) {
+  if (const auto* mesh = std::get_if<TriangleMesh>(&stent)) return *mesh;
+  return deployment::voxelised(stent, {*setup.specification.voxel_size, 3}).surface();
 }
 
 }  // namespace
 
-void draw_stages(const deployment::Setup& setup, const deployment::Outcome& outcome,
-                 std::span<const Vec3> midway, const std::filesystem::path& png) {
+View view_of(const deployment::Setup& setup) {
+  const Polyline& axis = setup.placement.axis;
+  View view;
+  view.up = (axis.front() - axis.back()).normalized();
+  Vec3 mean = Vec3::Zero();
+  for (const Vec3& p : setup.placement.way.points) mean += p;
+  mean /= static_cast<double>(setup.placement.way.points.size());
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  Box box;
+  for (const int v : setup.region.vertices)
+    box.include(setup.surface.mesh.points[static_cast<std::size_t>(v)]);
+  for (const Vec3& p : setup.placement.way.points) {
+    Vec3 across = p - mean;
+    across -= across.dot(view.up) * view.up;
+    spread += across * across.transpose();
+  }
+  spread += 1e-6 * spread.trace() * Eigen::Matrix3d::Identity();
+  // Of the directions across the axis, the way spreads widest along the last eigenvector: that one
+  // lies in the picture.
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(spread);
+  Vec3 sideways = solver.eigenvectors().col(2);
+  if (spread.trace() < 1e-9) sideways = view.up.unitOrthogonal();
+  view.direction = view.up.cross(sideways).normalized();
+  view.centre = 0.5 * (box.lower + box.upper);
+  double half_height = 0;
+  double half_width = 0;
+  for (const int v : setup.region.vertices) {
+    const Vec3 offset = setup.surface.mesh.points[static_cast<std::size_t>(v)] - view.centre;
+    half_height = std::max(half_height, std::abs(offset.dot(view.up)));
+    half_width = std::max(half_width, std::abs(offset.dot(view.up.cross(view.direction))));
+  }
+  view.height = 2 * 1.12 * std::max(half_height, half_width * kPanelHeight / kPanelWidth);
+  return view;
+}
+
+TriangleMesh stent_surface(const deployment::Setup& setup, const deployment::Outcome& outcome) {
+  return surface_of(setup, outcome.stent);
+}
+
+void draw_panels(const View& view, std::span<const Panel> panels,
+                 const std::filesystem::path& png) {
   const OffscreenDisplay display;
   if (!display.available()) {
     std::cerr << "warning: no picture: " << display.reason() << '\n';
     return;
   }
-  TriangleMesh wall[kPanels] = {setup.surface.mesh, setup.surface.mesh, setup.surface.mesh};
-  for (std::size_t i = 0; i < midway.size(); ++i) {
-    wall[1].points[static_cast<std::size_t>(setup.region.vertices[i])] = midway[i];
-  }
-  wall[2].points = outcome.positions;
-  const deployment::StentState stent[kPanels] = {deployment::stent_state(setup, 0),
-                                                 deployment::stent_state(setup, 0.5),
-                                                 deployment::stent_state(setup, 1)};
-  const char* const titles[kPanels] = {"before", "midway", "after"};
-
-  const View view = view_of(setup);
+  const int count = static_cast<int>(panels.size());
+  const int columns = std::min(count, kPanelsInARow);
+  const int rows = (count + columns - 1) / columns;
   vtkNew<vtkRenderWindow> window;
   window->SetOffScreenRendering(1);
-  window->SetSize(kPanels * kPanelWidth, kPanelHeight);
+  window->SetSize(columns * kPanelWidth, rows * kPanelHeight);
   window->SetMultiSamples(0);
   window->SetAlphaBitPlanes(1);
-  for (int k = 0; k < kPanels; ++k) {
+  for (int k = 0; k < rows * columns; ++k) {
+    const int column = k % columns, row = rows - 1 - k / columns;
     vtkNew<vtkRenderer> renderer;
-    renderer->SetViewport(static_cast<double>(k) / kPanels, 0, static_cast<double>(k + 1) / kPanels,
-                          1);
+    renderer->SetViewport(static_cast<double>(column) / columns, static_cast<double>(row) / rows,
+                          static_cast<double>(column + 1) / columns,
+                          static_cast<double>(row + 1) / rows);
     renderer->SetBackground(1, 1, 1);
+    window->AddRenderer(renderer);
+    if (k >= count) continue;
+    const Panel& panel = panels[static_cast<std::size_t>(k)];
     renderer->SetUseDepthPeeling(1);
     renderer->SetMaximumNumberOfPeels(8);
     renderer->SetUseFXAA(true);
-    auto wall_actor = actor_for(wall[k], 0.80, 0.36, 0.33, 0.42);
-    renderer->AddActor(wall_actor);
-    auto stent_actor = actor_for(stent_surface(setup, stent[k]), 0.45, 0.52, 0.60, 1.0);
-    renderer->AddActor(stent_actor);
-    label(renderer, titles[k], static_cast<int>(0.04 * kPanelWidth),
+    renderer->AddActor(actor_for(panel.wall, 0.80, 0.36, 0.33, 0.42));
+    renderer->AddActor(actor_for(panel.stent, 0.45, 0.52, 0.60, 1.0));
+    label(renderer, panel.title, static_cast<int>(0.04 * kPanelWidth),
           static_cast<int>(0.94 * kPanelHeight), 30);
     scale_bar(renderer, view);
-    if (k == kPanels - 1)
-      label(renderer, kDisclaimer, static_cast<int>(0.45 * kPanelWidth), 12, 16);
-    window->AddRenderer(renderer);
+    if (k == count - 1) label(renderer, kDisclaimer, static_cast<int>(0.45 * kPanelWidth), 12, 16);
     aim(renderer, view);
   }
   window->Render();
@@ -208,6 +198,22 @@ void draw_stages(const deployment::Setup& setup, const deployment::Outcome& outc
   vtkUnsignedCharArray* bytes = writer->GetResult();
   vessels::write_whole(png, {reinterpret_cast<const char*>(bytes->GetPointer(0)),
                              static_cast<std::size_t>(bytes->GetNumberOfValues())});
+}
+
+void draw_stages(const deployment::Setup& setup, const deployment::Outcome& outcome,
+                 std::span<const Vec3> midway, const std::filesystem::path& png) {
+  const auto stent_at = [&](double expansion) {
+    return surface_of(setup,
+                      deployment::shape_of(setup, deployment::stent_state(setup, expansion)));
+  };
+  const TriangleMesh& before = setup.surface.mesh;
+  std::vector<Panel> panels{{"before", before, stent_at(0)},
+                            {"midway", before, stent_at(0.5)},
+                            {"after", before, surface_of(setup, outcome.stent)}};
+  for (std::size_t i = 0; i < midway.size(); ++i)
+    panels[1].wall.points[static_cast<std::size_t>(setup.region.vertices[i])] = midway[i];
+  panels[2].wall.points = outcome.positions;
+  draw_panels(view_of(setup), panels, png);
 }
 
 }  // namespace vstent::apps

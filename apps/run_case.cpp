@@ -60,12 +60,12 @@ void require_sound(const deployment::Metrics& m, const std::filesystem::path& su
 
 }  // namespace
 
-void run_case(const deployment::Case& specification, const std::filesystem::path& out,
-              const RunOptions& options) {
+CaseRun run_case(const deployment::Case& specification, const std::filesystem::path& out,
+                 const RunOptions& options) {
   deployment::ResultFolder folder(out);
   Progress progress;
-  progress.show("reading and placing ...");
-  const deployment::Setup setup = deployment::prepare(specification);
+  progress.show(options.label + "reading and placing ...");
+  deployment::Setup setup = deployment::prepare(specification);
   progress.clear();
   print_findings(setup);
 
@@ -75,11 +75,12 @@ void run_case(const deployment::Case& specification, const std::filesystem::path
   const int save_every = setup.specification.save_steps;
   const auto observe = [&](const deployment::StepRecord& record, std::span<const Vec3> positions) {
     progress.show(
-        record.settling
-            ? formatted("settling: step %.0f, forces balanced to %.2g of the contact force",
-                        record.step, record.residual)
-            : formatted("growing: step %.0f of %.0f, radius %.2f mm", record.step, growth,
-                        record.radius));
+        options.label +
+        (record.settling
+             ? formatted("settling: step %.0f, forces balanced to %.2g of the contact force",
+                         record.step, record.residual)
+             : formatted("growing: step %.0f of %.0f, radius %.2f mm", record.step, growth,
+                         record.radius)));
     if (record.step == (growth + 1) / 2) midway.assign(positions.begin(), positions.end());
     if (save_every > 0 && !record.settling &&
         (record.step % save_every == 0 || record.step == growth)) {
@@ -87,7 +88,7 @@ void run_case(const deployment::Case& specification, const std::filesystem::path
     }
     return !interrupted();
   };
-  const deployment::Outcome outcome = deployment::deploy(setup, observe);
+  deployment::Outcome outcome = deployment::deploy(setup, observe);
   progress.clear();
   if (!outcome.converged) {
     const std::string what =
@@ -106,7 +107,8 @@ void run_case(const deployment::Case& specification, const std::filesystem::path
   if (options.pictures) draw_stages(setup, outcome, midway, folder.stage() / "stages.png");
   if (interrupted()) throw Error(ExitCode::interrupted, "stopped on request");
   folder.publish();
-  print_summary(setup, outcome, metrics, folder.final_folder());
+  if (options.summary) print_summary(setup, outcome, metrics, folder.final_folder());
+  return {std::move(setup), std::move(outcome)};
 }
 
 }  // namespace vstent::apps

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "deployment/deploy.hpp"
 
@@ -10,11 +11,18 @@ namespace vstent::apps {
 struct RunOptions {
   bool allow_unconverged = false;
   bool pictures = true;  ///< stages.png: before, midway, after
+  bool summary = true;   ///< on standard output
+  std::string label;     ///< before every line of progress
+};
+
+struct CaseRun {
+  deployment::Setup setup;
+  deployment::Outcome outcome;
 };
 
 /// Prepares, deploys, writes, measures, publishes; progress on standard error, the summary on
 /// standard output. \throws Error
-void run_case(const deployment::Case& specification, const std::filesystem::path& out,
-              const RunOptions& options);
+CaseRun run_case(const deployment::Case& specification, const std::filesystem::path& out,
+                 const RunOptions& options);
 
 }  // namespace vstent::apps

@@ -8,11 +8,16 @@
 #include "apps/commands.hpp"
 #include "apps/terminal.hpp"
 #include "deployment/design_file.hpp"
+#include "deployment/stent_shape.hpp"
 #include "deployment/strut_solid.hpp"
+#include "deployment/surface_design.hpp"
 #include "sdf/level_set.hpp"
 #include "sdf/polyline.hpp"
+#include "stents/bent_tube.hpp"
+#include "stents/cover.hpp"
 #include "stents/expansion.hpp"
 #include "stents/pattern_metrics.hpp"
+#include "stents/surface_map.hpp"
 #include "vessels/centerline.hpp"
 #include "vessels/error.hpp"
 #include "vessels/file_guard.hpp"
@@ -49,8 +54,8 @@ struct Way {
   double start = 0;
 };
 
-Way straight_way(const Pattern& pattern) {
-  const Vec3 end = pattern.length * Vec3::UnitZ();
+Way straight_way(double length) {
+  const Vec3 end = length * Vec3::UnitZ();
   return {stents::with_frames({Vec3::Zero(), end}, Vec3::UnitX()), 0};
 }
 
@@ -68,7 +73,7 @@ std::pair<int, double> branch_and_arc(const std::string& at) {
   refuse("--at", "must be branch:arc length such as 2:12mm, is \"" + at + "\"");
 }
 
-Way centerline_way(const Arguments& a, const Pattern& pattern, double outer_radius) {
+Way centerline_way(const Arguments& a, double length, double outer_radius) {
   if (a.units.empty()) refuse("--units", "is missing: the centerline's length unit, mm, cm or m");
   const vessels::Centerline centerline =
       vessels::read_centerline(a.centerline, vessels::parse_unit(a.units));
@@ -100,8 +105,8 @@ Way centerline_way(const Arguments& a, const Pattern& pattern, double outer_radi
   int least = 0;
   along.cwiseAbs().minCoeff(&least);
   Way way{stents::with_frames(axis, Vec3::Unit(least)), 0};
-  way.start = nearest_place(axis, way.axis.arc, centre).arc_length - 0.5 * pattern.length;
-  const double end = way.start + pattern.length;
+  way.start = nearest_place(axis, way.axis.arc, centre).arc_length - 0.5 * length;
+  const double end = way.start + length;
   if (way.start < 0 || end > way.axis.arc.back()) {
     std::cerr << "warning: the stent reaches "
               << vessels::number(std::max(-way.start, end - way.axis.arc.back()))
@@ -142,13 +147,42 @@ void write_lines(const PlacedStent& stent, double scale, const fs::path& path) {
   vessels::write_polylines(lines, per_point, per_line, path, scale);
 }
 
-void write_level_set(const PlacedStent& stent, const Arguments& a, double scale) {
-  const double thinnest = std::min(stent.section.width, stent.section.thickness);
+/// In the unit of the result; how many triangles there are.
+std::string write_mesh(TriangleMesh mesh, double scale, const fs::path& path) {
+  for (Vec3& p : mesh.points) p *= scale;
+  const vessels::Surface surface = vessels::make_surface(std::move(mesh), "stent");
+  vessels::write_surface(surface, surface.mesh.points,
+                         std::vector<char>(surface.mesh.points.size(), 0), path);
+  return vessels::counted(surface.mesh.triangles.size(), "triangle");
+}
+
+void append(TriangleMesh& mesh, const TriangleMesh& more) {
+  const int first = static_cast<int>(mesh.points.size());
+  mesh.points.insert(mesh.points.end(), more.points.begin(), more.points.end());
+  for (const Triangle& t : more.triangles)
+    mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+}
+
+/// The sleeves of a graft are part of its surface; a level set holds the metal only.
+TriangleMesh cover_of(const stents::Specification& s, const Way& way, const Pattern& pattern,
+                      double diameter) {
+  const double spacing = 0.05 * diameter;
+  const Polyline axis = resample(way.axis.points, way.start, way.start + pattern.length, spacing);
+  try {
+    return stents::cover_surface(s.cover, axis, std::vector<double>(axis.size(), 0.5 * diameter),
+                                 s.section.thickness);
+  } catch (const std::invalid_argument& error) {
+    refuse("--diameter", error.what());
+  }
+}
+
+void write_level_set(const deployment::StentShape& stent, double thinnest,
+                     const TriangleMesh& cover, const Arguments& a, double scale) {
   const double voxel = a.voxel.empty() ? thinnest / 6 : length_option(a.voxel, "--voxel");
   Progress progress;
   progress.show("voxelising ...");
   const sdf::LevelSet level_set =
-      sdf::voxelise(deployment::strut_solid(stent), {.voxel_size = voxel, .half_width = 3});
+      deployment::voxelised(stent, {.voxel_size = voxel, .half_width = 3});
   std::string written = vessels::counted(level_set.active_voxels(), "voxel");
   if (vessels::extension(a.out) == ".vdb") {
     try {
@@ -158,11 +192,8 @@ void write_level_set(const PlacedStent& stent, const Arguments& a, double scale)
     }
   } else {
     TriangleMesh mesh = level_set.surface();
-    for (Vec3& p : mesh.points) p *= scale;
-    const vessels::Surface surface = vessels::make_surface(std::move(mesh), "stent");
-    vessels::write_surface(surface, surface.mesh.points,
-                           std::vector<char>(surface.mesh.points.size(), 0), a.out);
-    written += ", " + vessels::counted(surface.mesh.triangles.size(), "triangle");
+    append(mesh, cover);
+    written += ", " + write_mesh(std::move(mesh), scale, a.out);
   }
   progress.clear();
   std::cout << "level set         voxels of " << vessels::number(voxel) << " mm, " << written
@@ -201,7 +232,59 @@ void print_summary(const stents::Specification& s, const stents::Design& design,
     std::printf("after deflation   %.4g mm (recoil %.1f %%)\n", diameter * (1 - s.recoil),
                 100 * s.recoil);
   }
-  if (s.cover.inner > 0 || s.cover.outer > 0) std::printf("cover             is not drawn\n");
+  if (stents::covered(s.cover)) {
+    std::printf("cover             %.3g mm inside, %.3g mm outside; drawn in .stl only\n",
+                s.cover.inner, s.cover.outer);
+  }
+}
+
+/// On the way, a little longer than the surface at both ends.
+stents::SurfaceMap map_onto(const Way& way, const stents::StraightSurface& surface, double radius) {
+  const stents::BentTube tube(way.axis, way.start);
+  const double over = 0.25 * radius;
+  const double length = surface.length + 2 * over;
+  const int pieces = std::max(1, static_cast<int>(std::ceil(20 * length / radius)));
+  Polyline axis;
+  for (int i = 0; i <= pieces; ++i) axis.push_back(tube.at(length * i / pieces - over).centre);
+  std::vector<double> radii(axis.size(), radius);
+  return {stents::with_frames(std::move(axis), tube.at(-over).frame.normal), over, std::move(radii),
+          surface.outer_radius};
+}
+
+void draw_surface(const Arguments& a, double diameter, double scale) {
+  if (!a.length.empty()) refuse("--length", "a surface has its own");
+  if (!a.bending.empty()) refuse("--bending", "a surface has no struts that could stay rigid");
+  if (!a.voxel.empty() && vessels::extension(a.out) != ".vdb")
+    refuse("--voxel", "a surface stays one; only .vdb has voxels");
+  const deployment::SurfaceDesign design = deployment::read_surface_design(a.design);
+  deployment::require_reachable(design, diameter, diameter, "command line: --diameter");
+  const stents::StraightSurface& surface = design.surface;
+  const double radius = 0.5 * diameter;
+  const Way way = a.centerline.empty() ? straight_way(surface.length)
+                                       : centerline_way(a, surface.length, radius);
+  const double tightest =
+      1 / stents::BentTube(way.axis, way.start).largest_curvature(0, surface.length);
+  if (tightest <= radius) {
+    throw Error(ExitCode::geometry, a.centerline + ": its bend radius of " +
+                                        vessels::number(tightest) + " mm is below the stent's own");
+  }
+  const stents::SurfaceMap map = map_onto(way, surface, radius);
+  for (const std::string& finding : design.findings) std::cerr << "warning: " << finding << '\n';
+  std::cerr << "warning: " << deployment::limits_of(design, diameter) << '\n';
+  std::printf("design            %s: a surface of %zu triangles\n", design.name.c_str(),
+              surface.mesh.triangles.size());
+  std::printf("outer diameter    %.4g mm (the surface's %.4g)\n", diameter,
+              2 * surface.outer_radius);
+  std::printf("length            %.2f mm\n", surface.length);
+  std::printf("metal             %.3g mm3, struts about %.3g mm wide and %.3g mm thick\n",
+              surface.volume, design.width, design.thickness);
+  TriangleMesh placed = map.placed(surface.mesh);
+  if (vessels::extension(a.out) == ".vdb") {
+    write_level_set(std::move(placed), std::min(design.width, design.thickness), {}, a, scale);
+  } else {
+    write_mesh(std::move(placed), scale, a.out);
+  }
+  std::cout << "result            " << a.out << '\n';
 }
 
 void run(const Arguments& a) {
@@ -212,9 +295,12 @@ void run(const Arguments& a) {
            "must end in .stl (surface), .vtp (centre lines) or .vdb (level set), is " + a.out);
   if (a.centerline.empty() && !(a.at + a.bending).empty())
     refuse(a.at.empty() ? "--bending" : "--at", "needs a --centerline");
+  const double diameter = length_option(a.diameter, "--diameter");
+  const double scale =
+      a.units.empty() ? 1 : 1 / vessels::millimetres_per(vessels::parse_unit(a.units));
+  if (deployment::is_surface_design(a.design)) return draw_surface(a, diameter, scale);
   if (extension == ".vtp" && !a.voxel.empty())
     refuse("--voxel", "centre lines have no voxels; use .stl or .vdb");
-  const double diameter = length_option(a.diameter, "--diameter");
   const stents::Specification specification = deployment::find_design(a.design);
   std::optional<double> length;
   if (!a.length.empty()) length = length_option(a.length, "--length");
@@ -230,10 +316,8 @@ void run(const Arguments& a) {
   } catch (const std::invalid_argument& error) {
     refuse("--diameter", error.what());
   }
-  const double scale =
-      a.units.empty() ? 1 : 1 / vessels::millimetres_per(vessels::parse_unit(a.units));
-  const Way way =
-      a.centerline.empty() ? straight_way(pattern) : centerline_way(a, pattern, 0.5 * diameter);
+  const Way way = a.centerline.empty() ? straight_way(pattern.length)
+                                       : centerline_way(a, pattern.length, 0.5 * diameter);
   PlacedStent stent;
   try {
     stent = stents::place(pattern, way.axis, way.start,
@@ -254,7 +338,9 @@ void run(const Arguments& a) {
   if (extension == ".vtp") {
     write_lines(stent, scale, a.out);
   } else {
-    write_level_set(stent, a, scale);
+    write_level_set(deployment::strut_solid(stent),
+                    std::min(stent.section.width, stent.section.thickness),
+                    cover_of(specification, way, pattern, diameter), a, scale);
   }
   std::cout << "result            " << a.out << '\n';
 }
@@ -266,8 +352,10 @@ void add_stent(CLI::App& app) {
       "stent", std::string("Draw a stent design, straight or on a centerline. ") + kDisclaimer);
   auto a = std::make_shared<Arguments>();
   command
-      ->add_option("design", a->design,
-                   "A preset's name (see `vstent designs`) or a design file (.json)")
+      ->add_option(
+          "design", a->design,
+          "A preset's name (see `vstent designs`), a design file (.json), or the surface of "
+          "a straight stent (.stl .vtp .vtk .obj)")
       ->required();
   command->add_option("--diameter", a->diameter, "Outer diameter with unit (3mm)")->required();
   command->add_option("--length", a->length,
@@ -290,14 +378,16 @@ void add_stent(CLI::App& app) {
                       "Voxel size with unit; default: a sixth of the thinnest strut");
   command
       ->add_option("-o,--out", a->out,
-                   ".stl (surface), .vtp (centre lines with radius) or .vdb (level set)")
+                   ".stl (surface), .vtp (centre lines with radius; of a surface, the surface) or "
+                   ".vdb (level set)")
       ->required();
   a->threads.add_option(*command);
   command->footer(
       "Examples:\n"
       "  vstent stent xience_s --diameter 3mm --length 18mm -o stent.stl\n"
       "  vstent stent cp8 --diameter 14mm --centerline cl.vtp --units mm --at 0:40mm -o stent.vtp\n"
-      "  vstent stent mine.json --diameter 3mm --voxel 0.02mm -o stent.vdb");
+      "  vstent stent mine.json --diameter 3mm --voxel 0.02mm -o stent.vdb\n"
+      "  vstent stent my_stent.stl --diameter 3mm --centerline cl.vtp --units mm -o stent.stl");
   command->callback([a] { run(*a); });
 }
 

@@ -130,14 +130,14 @@ void parse_wall(ObjectReader wall, Case& result) {
 }
 
 void parse_numerics(ObjectReader& root, Case& result) {
-  if (!result.design.empty() && root.find("contact")) {
-    root.refuse("contact",
-                "is for smooth tubes; struts meet the wall rigidly at their own surface");
-  }
   ObjectReader contact = root.object("contact");
   result.contact_distance = contact.length("distance");
   result.contact_stiffness = contact.number("stiffness_N_per_mm", 1e-9, 1e12,
                                             "a positive stiffness in N/mm (leave out: rigid)");
+  if (!result.design.empty() && result.contact_stiffness) {
+    contact.refuse("stiffness_N_per_mm",
+                   "is for smooth tubes; struts meet the wall rigidly at their own surface");
+  }
   contact.finish();
   ObjectReader patch = root.object("patch");
   result.patch_margin = patch.length("margin");

@@ -36,7 +36,7 @@ struct Case {
 
   Location at = Lesion{};
   std::optional<int>
-      towards;  ///< last branch of the way that the stent follows; default: the widest
+      towards;         ///< last branch of the way that the stent follows; default: the widest
   std::string design;  ///< preset or design file, absolute; empty: a smooth tube
   double length = 0;   ///< at nominal diameter; 0: the design's own
   std::optional<double>

@@ -16,9 +16,10 @@ struct StepRecord {
   double expansion = 0;   ///< 0 start radius .. 1 nominal
   double radius = 0;      ///< mm, outer, at the proximal end
   double straightening = 0;
-  int contacts = 0;          ///< places of the wall that the stent pushes
-  double largest_move = 0;   ///< mm in this step
-  double residual = 0;       ///< static force residual over mean contact force
+  int contacts = 0;         ///< places of the wall that the stent pushes
+  double largest_move = 0;  ///< mm in this step
+  double residual = 0;      ///< static force residual over mean contact force
+  double deepest = 0;  ///< mm, as the step began: the wall inside struts, beyond what it is let
   double contact_force = 0;  ///< N, sum
   double energy = 0;         ///< N mm, stored in the wall
 };
@@ -28,8 +29,9 @@ struct Outcome {
   std::vector<char> moved;      ///< per mesh vertex: belongs to the patch that may move
   Polyline axis;                ///< of the stent, final
   std::vector<double> radii;    ///< outer, per axis point, mm
-  sdf::Solid stent;             ///< its outer surface, or its struts
+  StentShape stent;             ///< its outer surface, or its struts
   std::optional<stents::PlacedStent> struts;
+  std::shared_ptr<const stents::SurfaceMap> surface;  ///< null for all but a surface
   std::vector<StepRecord> history;
   bool converged = false;
   double contact_force = 0;  ///< N, sum over the vertices in contact

@@ -198,6 +198,8 @@ void document_changes(const Specification& before, const std::string& source, Sp
 
 Specification parse_design(const json& design, const std::string& source) {
   ObjectReader root(design, source, "");
+  if (root.find("surface"))
+    root.refuse("surface", "a surface has no parameters to show; `vstent stent` draws it");
   Specification s = start_of(root);
   const Specification before = s;
   s.name = root.text("name").value_or(s.name.empty() ? source : s.name);

@@ -5,7 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "deployment/surface_metrics.hpp"
 #include "measure/report_files.hpp"
+#include "stents/cover.hpp"
 #include "stents/pattern_metrics.hpp"
 #include "vessels/error.hpp"
 #include "vessels/file_guard.hpp"
@@ -23,25 +25,34 @@ std::string history_csv(const std::vector<StepRecord>& history) {
   std::ostringstream csv;
   csv << "step,settling,expansion,radius_mm,straightening,contacts,largest_move_mm,relative_"
          "residual,contact_force_N,"
-         "energy_N_mm\n";
+         "energy_N_mm,deepest_in_struts_mm\n";
   for (const StepRecord& r : history) {
     csv << r.step << ',' << r.settling << ',' << text(r.expansion) << ',' << text(r.radius) << ','
         << text(r.straightening) << ',' << r.contacts << ',' << text(r.largest_move) << ','
-        << text(r.residual) << ',' << text(r.contact_force) << ',' << text(r.energy) << '\n';
+        << text(r.residual) << ',' << text(r.contact_force) << ',' << text(r.energy) << ','
+        << text(r.deepest) << '\n';
   }
   return csv.str();
 }
 
-sdf::LevelSet stent_level_set(const Setup& setup, const sdf::Solid& solid) {
-  return sdf::voxelise(solid, {*setup.specification.voxel_size, 3});
+sdf::LevelSet stent_level_set(const Setup& setup, const StentShape& stent) {
+  return voxelised(stent, {*setup.specification.voxel_size, 3});
 }
 
-/// The stent's surface in the unit of the vessel's file.
-void write_stent_surface(const Setup& setup, TriangleMesh mesh, const fs::path& path) {
+/// In the unit of the vessel's file.
+void write_mesh(const Setup& setup, TriangleMesh mesh, const fs::path& path) {
   for (Vec3& p : mesh.points) p /= vessels::millimetres_per(setup.surface.unit);
   const vessels::Surface surface = vessels::make_surface(std::move(mesh), "stent");
   vessels::write_surface(surface, surface.mesh.points,
                          std::vector<char>(surface.mesh.points.size(), 0), path);
+}
+
+void write_cover(const Setup& setup, const Outcome& outcome, const fs::path& path) {
+  const stents::Specification& design = setup.design_specification;
+  write_mesh(
+      setup,
+      stents::cover_surface(design.cover, outcome.axis, outcome.radii, design.section.thickness),
+      path);
 }
 
 std::string step_name(const std::string& what, int step) {
@@ -135,6 +146,21 @@ nlohmann::ordered_json design_json(const Setup& setup, const Outcome& outcome) {
   return json;
 }
 
+nlohmann::ordered_json surface_design_json(const Setup& setup) {
+  const SurfaceDesign& design = *setup.surface_design;
+  const double radius = design.surface.outer_radius;
+  nlohmann::ordered_json json;
+  json["name"] = design.name;
+  json["family"] = "surface";
+  json["length_mm"] = design.surface.length;
+  json["surface_outer_diameter_mm"] = 2 * radius;
+  json["widened_by"] = 0.5 * *setup.specification.diameter / radius;
+  json["thickness_mm"] = design.thickness;
+  json["strut_width_mm"] = design.width;
+  json["metal_mm3"] = design.surface.volume;
+  return json;
+}
+
 }  // namespace
 
 void StepSaver::save(const StepRecord& record, std::span<const Vec3> patch_positions) {
@@ -149,8 +175,10 @@ void StepSaver::save(const StepRecord& record, std::span<const Vec3> patch_posit
   vessels::write_surface(setup_.surface, positions, moved,
                          stage_ / "steps" / step_name("wall", record.step));
   const StentState state = stent_state(setup_, record.expansion);
-  write_stent_surface(setup_, stent_level_set(setup_, solid_of(setup_, state)).surface(),
-                      stage_ / "steps" / step_name("stent", record.step));
+  const StentShape stent = shape_of(setup_, state);
+  const auto* mesh = std::get_if<TriangleMesh>(&stent);
+  write_mesh(setup_, mesh ? *mesh : stent_level_set(setup_, stent).surface(),
+             stage_ / "steps" / step_name("stent", record.step));
   steps_.push_back(record.step);
 }
 
@@ -179,7 +207,11 @@ Metrics write_results(const Setup& setup, const Outcome& outcome, const fs::path
     throw Error(ExitCode::output, std::string("stent.vdb: ") + error.what());
   }
   const measure::StentBody stent(level_set);
-  write_stent_surface(setup, stent.surface(), stage / "stent.vtp");
+  const bool is_surface = std::holds_alternative<TriangleMesh>(outcome.stent);
+  write_mesh(setup, is_surface ? std::get<TriangleMesh>(outcome.stent) : stent.surface(),
+             stage / "stent.vtp");
+  if (setup.design && stents::covered(setup.design_specification.cover))
+    write_cover(setup, outcome, stage / "cover.vtp");
   if (outcome.struts) write_strut_lines(setup, *outcome.struts, stage / "struts.vtp");
   vessels::write_centerline(setup.centerline, surface.unit, stage / "centerline.vtp");
   vessels::write_whole(stage / "case.json", to_json(setup.specification).dump(2) + "\n");
@@ -195,16 +227,22 @@ Metrics write_results(const Setup& setup, const Outcome& outcome, const fs::path
                          measurement.vertex_fields, measurement.triangle_fields);
   Metrics& metrics = measurement.metrics;
   if (outcome.struts) {
-    metrics.struts = measure::measure_struts(written.mesh, patch_triangles(result), *outcome.struts,
-                                             outcome.stent, {outcome.axis, outcome.radii});
+    metrics.struts =
+        measure::measure_struts(written.mesh, patch_triangles(result), *outcome.struts,
+                                std::get<sdf::Solid>(outcome.stent), {outcome.axis, outcome.radii});
     const double crimped = setup.design->expanded(setup.design->limits().crimped_diameter).length;
     metrics.stent.foreshortening = 100 * (1 - setup.placement.arc.back() / crimped);
     metrics.stent.recoil = 100 * setup.design_specification.recoil;
+  }
+  if (outcome.surface) {
+    metrics.struts = measure_surface(written.mesh, patch_triangles(result), *setup.surface_design,
+                                     *outcome.surface, {outcome.axis, outcome.radii});
   }
   vessels::write_whole(stage / "profiles.csv", measure::profiles_csv(metrics));
   measure::write_sections(metrics, surface.unit, stage / "sections.vtp");
   nlohmann::ordered_json json = measure::to_json(metrics);
   if (setup.design) json["design"] = design_json(setup, outcome);
+  if (setup.surface_design) json["design"] = surface_design_json(setup);
   json["simulation"] = {
       {"converged", outcome.converged},
       {"steps", outcome.history.empty() ? 0 : outcome.history.back().step},

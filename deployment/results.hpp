@@ -9,6 +9,7 @@
 namespace vstent::deployment {
 
 using measure::Metrics;
+using measure::StrutMetrics;
 
 /// Saves the surface and the stent of chosen steps while the simulation runs, and lists them for
 /// ParaView in steps.pvd.

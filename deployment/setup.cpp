@@ -152,10 +152,36 @@ double deployed_length(const Setup& setup) {
   return expanded_pattern(*setup.design, final_dimensions(c, c.length), 0, 1).length;
 }
 
+void refuse_straightening_open_cells(const Case& c) {
+  if (c.cell == stents::Cell::open && c.straightening.value_or(0) > 0) {
+    throw Error(ExitCode::usage, c.surface.string() + ": /stent/straightening: the design " +
+                                     c.design + " has open cells, which follow the vessel");
+  }
+}
+
+/// Reads the surface, whose length is its own.
+void choose_surface_design(Setup& setup) {
+  Case& c = setup.specification;
+  setup.surface_design = std::make_shared<const SurfaceDesign>(read_surface_design(c.design));
+  const SurfaceDesign& design = *setup.surface_design;
+  const double length = design.surface.length;
+  if (c.length > 0 && std::abs(c.length - length) > 1e-6 * length) {
+    throw Error(ExitCode::usage, c.surface.string() + ": /stent/length: the surface " + c.design +
+                                     " is " + mm(length) + " long, not " + mm(c.length) +
+                                     "; leave the length out");
+  }
+  c.length = length;
+  c.cell = design.cell;
+  setup.strut = {design.width, design.thickness};
+  setup.warnings = design.findings;
+  refuse_straightening_open_cells(c);
+}
+
 /// Counts out the design's rings, cells or wires, and fills in its length.
 void choose_design(Setup& setup) {
   Case& c = setup.specification;
   if (c.design.empty()) return;
+  if (is_surface_design(c.design)) return choose_surface_design(setup);
   setup.design_specification = find_design(c.design);
   try {
     setup.design = stents::make_design(setup.design_specification,
@@ -165,10 +191,9 @@ void choose_design(Setup& setup) {
   }
   c.length = setup.design->expanded(setup.design->limits().nominal_diameter).length;
   c.cell = setup.design->cell();
-  if (c.cell == stents::Cell::open && c.straightening.value_or(0) > 0) {
-    throw Error(ExitCode::usage, c.surface.string() + ": /stent/straightening: the design " +
-                                     c.design + " has open cells, which follow the vessel");
-  }
+  const stents::CrossSection& section = setup.design_specification.section;
+  setup.strut = {section.width, section.thickness};
+  refuse_straightening_open_cells(c);
 }
 
 void place_stent(Setup& setup) {
@@ -221,7 +246,9 @@ void place_stent(Setup& setup) {
   const double crimped_length =
       setup.design ? setup.design->expanded(setup.design->limits().crimped_diameter).length
                    : length;
-  const double overhang = std::max(0.0, 0.5 * (crimped_length - length));
+  // A surface keeps its length, but the bends of its axis are known best between points.
+  const double overhang =
+      setup.surface_design ? 0.5 * radius : std::max(0.0, 0.5 * (crimped_length - length));
   const double pad = 3 * radius + overhang;
   const double clip_from = std::max(0.0, from - pad);
   const double clip_to = std::min(total, to + pad);
@@ -316,6 +343,25 @@ void derive_wall(Setup& setup) {
   setup.start_radius = 0.95 * *std::min_element(p.wall_distance.begin(), p.wall_distance.end());
 }
 
+void judge_surface_design(Setup& setup) {
+  const Case& c = setup.specification;
+  const SurfaceDesign& design = *setup.surface_design;
+  double narrowest = *c.diameter, widest = *c.diameter;
+  for (const double s : setup.placement.arc) {
+    const double diameter = 2 * stents::outer_radius(setup.stent, s);
+    narrowest = std::min(narrowest, diameter);
+    widest = std::max(widest, diameter);
+  }
+  require_reachable(design, narrowest, widest, c.surface.string() + ": /stent/diameter");
+  const double wall = design.surface.outer_radius - design.surface.inner_radius;
+  if (setup.start_radius <= wall) {
+    infeasible(c, "the surface " + c.design + " has a wall of " + mm(wall) +
+                      " and does not fit through the lumen, whose radius is down to " +
+                      mm(setup.start_radius / 0.95));
+  }
+  setup.warnings.push_back(limits_of(design, widest));
+}
+
 void find_patch(Setup& setup) {
   const Case& c = setup.specification;
   const Placement& p = setup.placement;
@@ -337,7 +383,7 @@ void find_patch(Setup& setup) {
 void refine_for_struts(Setup& setup) {
   Case& c = setup.specification;
   const Placement& p = setup.placement;
-  const stents::CrossSection& strut = setup.design_specification.section;
+  const StrutSize& strut = setup.strut;
   const double length = p.arc.back();
   if (!c.patch_edge_length) {
     c.patch_edge_length = strut.width;
@@ -378,51 +424,45 @@ void warn_of_cut_patch(Setup& setup) {
                            ") is cut short by an open rim or a cap; the wall there is held");
 }
 
+/// What the bend does to the design, that no deployment can mend.
+void warn_of_bent_design(Setup& setup) {
+  if (!setup.design) return;
+  const stents::PlacedStent struts = *stent_state(setup, 1).struts;
+  if (!struts.overlapping_rings.empty()) {
+    std::string pairs;
+    for (const auto& [a, b] : struts.overlapping_rings)
+      pairs += (pairs.empty() ? "" : ", ") + std::to_string(a) + " and " + std::to_string(b);
+    setup.warnings.push_back("rings meet on the inside of the bend: " + pairs + " (from 0)");
+  }
+  const double width = setup.design_specification.section.width;
+  if (struts.largest_gap > 0.5 * width) {
+    setup.warnings.push_back(
+        "welded rings stay rigid in the bend, where their joints open by up to " +
+        mm(struts.largest_gap) + "; a real stent bends its struts");
+  }
+  constexpr double kNotable = 0.05;
+  if (struts.largest_connector_strain > kNotable) {
+    setup.warnings.push_back(
+        "connectors reach from ring to ring in the bend only with their length changed by up to " +
+        number(100 * struts.largest_connector_strain) + " %");
+  }
+}
+
 void derive_solver(Setup& setup) {
   Case& c = setup.specification;
   if (!c.iterations) c.iterations = 4;
   // Over struts contacts between vertices come and go until the end.
-  if (!c.tolerance) c.tolerance = setup.design ? 0.03 : 1e-3;
+  if (!c.tolerance) c.tolerance = setup.has_struts() ? 0.01 : 1e-3;
   if (!c.max_settling_steps) c.max_settling_steps = 20000;
 }
 
-/// A strut of half thickness r: voxels of r/2 (half of r for the field's curvature), steps of r/2
-/// so that none crosses a strut.
-void derive_strut_numerics(Setup& setup) {
-  Case& c = setup.specification;
-  const stents::CrossSection& strut = setup.design_specification.section;
-  const double half = 0.5 * std::min(strut.width, strut.thickness);
-  if (!c.growth_per_step) c.growth_per_step = 0.5 * half;
-  if (!c.voxel_size) c.voxel_size = 0.5 * half;
-  if (*c.voxel_size > half) {
-    throw Error(ExitCode::usage, c.surface.string() +
-                                     ": /level_set/voxel_size: " + mm(*c.voxel_size) +
-                                     " is coarser than half the thickness of a strut, " + mm(half));
-  }
-  if (*c.growth_per_step > half) {
-    throw Error(ExitCode::usage, c.surface.string() +
-                                     ": /solver/growth_per_step: " + mm(*c.growth_per_step) +
-                                     " is more than half the thickness of a strut, " + mm(half) +
-                                     ", and could carry the wall through it");
-  }
-  derive_solver(setup);
-  warn_of_cut_patch(setup);
-}
-
-void derive_numerics(Setup& setup) {
+/// Of the smooth tube, or of the balloon that carries struts.
+void derive_growth(Setup& setup) {
   Case& c = setup.specification;
   const double radius = 0.5 * *c.diameter;
-  warn_of_cut_patch(setup);
   const double edge = setup.region.median_edge;
   if (!c.contact_distance) c.contact_distance = std::min(0.5 * edge, 0.1 * radius);
   if (!c.growth_per_step) c.growth_per_step = std::min(0.15 * edge, 0.5 * *c.contact_distance);
-  if (!c.voxel_size) c.voxel_size = std::min(radius / 25, *c.contact_distance);
-  derive_solver(setup);
-  if (*c.voxel_size > radius / 4) {
-    throw Error(ExitCode::usage,
-                c.surface.string() + ": /level_set/voxel_size: " + mm(*c.voxel_size) +
-                    " is coarser than a quarter of the stent's radius, " + mm(radius / 4));
-  }
   if (*c.contact_distance >= 0.5 * radius) {
     throw Error(ExitCode::usage, c.surface.string() +
                                      ": /contact/distance: " + mm(*c.contact_distance) +
@@ -432,6 +472,30 @@ void derive_numerics(Setup& setup) {
     c.contact_distance = 0.5 * setup.start_radius;
     c.growth_per_step = std::min(*c.growth_per_step, 0.5 * *c.contact_distance);
   }
+}
+
+/// A strut of half thickness r: voxels of r/2, half of r for the field's curvature.
+void derive_strut_voxels(Setup& setup) {
+  Case& c = setup.specification;
+  const double half = setup.strut.half();
+  if (!c.voxel_size) c.voxel_size = 0.5 * half;
+  if (*c.voxel_size > half) {
+    throw Error(ExitCode::usage, c.surface.string() +
+                                     ": /level_set/voxel_size: " + mm(*c.voxel_size) +
+                                     " is coarser than half the thickness of a strut, " + mm(half));
+  }
+}
+
+void derive_tube_voxels(Setup& setup) {
+  Case& c = setup.specification;
+  const double radius = 0.5 * *c.diameter;
+  if (!c.voxel_size) c.voxel_size = std::min(radius / 25, *c.contact_distance);
+  if (*c.voxel_size > radius / 4) {
+    throw Error(ExitCode::usage,
+                c.surface.string() + ": /level_set/voxel_size: " + mm(*c.voxel_size) +
+                    " is coarser than a quarter of the stent's radius, " + mm(radius / 4));
+  }
+  const double edge = setup.region.median_edge;
   const double sag = edge * edge / (8 * radius);
   if (sag > 0.005 * radius) {
     setup.warnings.push_back("the surface is coarse for this stent: between vertices " + mm(edge) +
@@ -459,13 +523,18 @@ Setup prepare(Case specification) {
   place_stent(setup);
   judge_target(setup);
   derive_wall(setup);
+  if (setup.surface_design) judge_surface_design(setup);
   find_patch(setup);
-  if (setup.design) {
-    refine_for_struts(setup);
-    derive_strut_numerics(setup);
+  if (setup.has_struts()) refine_for_struts(setup);
+  warn_of_cut_patch(setup);
+  derive_growth(setup);
+  if (setup.has_struts()) {
+    derive_strut_voxels(setup);
   } else {
-    derive_numerics(setup);
+    derive_tube_voxels(setup);
   }
+  derive_solver(setup);
+  warn_of_bent_design(setup);
   return setup;
 }
 

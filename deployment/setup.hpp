@@ -2,7 +2,10 @@
 // every number derived.
 #pragma once
 
+#include <algorithm>
+
 #include "deployment/case.hpp"
+#include "deployment/surface_design.hpp"
 #include "stents/place.hpp"
 #include "stents/specification.hpp"
 #include "vessels/centerline.hpp"
@@ -28,6 +31,12 @@ struct Placement {
   double narrowest_diameter = 0;  ///< smallest equivalent diameter in the stented length, before
 };
 
+/// mm
+struct StrutSize {
+  double width = 0, thickness = 0;
+  double half() const { return 0.5 * std::min(width, thickness); }
+};
+
 /// A case made ready. `specification` has every value filled in.
 struct Setup {
   Case specification;
@@ -38,10 +47,14 @@ struct Setup {
   vessels::Region region;
   stents::SmoothTube stent;  ///< its final outer dimensions
   stents::Specification design_specification;
-  std::shared_ptr<const stents::Design> design;  ///< null: a smooth tube
+  std::shared_ptr<const stents::Design> design;         ///< null: a smooth tube, or a surface
+  std::shared_ptr<const SurfaceDesign> surface_design;  ///< null: a smooth tube, or parameters
+  StrutSize strut;                                      ///< zero for a smooth tube
   std::optional<vessels::Surface> unrefined;  ///< as read, where `surface` was refined for struts
   double start_radius = 0;                    ///< inside the narrowest lumen
   std::vector<std::string> warnings;
+
+  bool has_struts() const { return design || surface_design; }
 };
 
 /// Reads, checks, places and derives.

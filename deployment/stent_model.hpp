@@ -5,32 +5,41 @@
 #include <optional>
 
 #include "deployment/setup.hpp"
-#include "sdf/solid.hpp"
+#include "deployment/stent_shape.hpp"
+#include "stents/surface_map.hpp"
 
 namespace vstent::deployment {
 
 /// The stent at a share of its expansion.
 struct StentState {
   Polyline axis;  ///< from end to end, partly straightened; as many points as Placement::axis
-  std::vector<double> radii;                  ///< outer, there, mm
-  std::optional<stents::PlacedStent> struts;  ///< nothing for a smooth tube
-  double straightening = 0;                   ///< share of the axis's turns that is taken out
+  std::vector<double> radii;                          ///< outer, there, mm
+  std::optional<stents::PlacedStent> struts;          ///< nothing for a smooth tube or a surface
+  std::shared_ptr<const stents::SurfaceMap> surface;  ///< null for all but a surface
+  double straightening = 0;  ///< share of the axis's turns that is taken out
 };
 
 /// \throws Error (geometry) a bend that the design cannot follow
 StentState stent_state(const Setup& setup, double expansion);
 
-/// Its metal, drawn `inset` (mm) inside a smooth tube's outer radius: contact at that distance puts
-/// the wall on the outer surface over the whole length, and rounds its edge just beyond the ends.
-/// Struts are drawn as they are.
-sdf::Solid solid_of(const Setup& setup, const StentState& state, double inset = 0);
+/// Its metal, or its smooth outer surface.
+StentShape shape_of(const Setup& setup, const StentState& state);
 
-/// Steps in which the stent grows: none may move its surface by more than growth_per_step.
+/// The smooth solid that the stent's outer radii span, drawn `inset` (mm) inside them: contact at
+/// that distance puts the wall on the outer surface over the whole length, and rounds its edge just
+/// beyond the ends.
+sdf::Solid envelope_of(const Setup& setup, const StentState& state, double inset);
+
+/// How far (mm) metal reaches beyond the stent's outer radii: straight rings in a bend do.
+double largest_protrusion(const StentState& state);
+
+/// As the balloon widens it at a share of its expansion: at the end by what recoil takes back, and
+/// over all metal. Smooth tubes as they are.
+StentState inflated(const Setup& setup, StentState state, double expansion);
+
+/// Steps in which the stent, or its balloon, grows: none may move its surface by more than
+/// growth_per_step.
 int growth_steps(const Setup& setup);
-
-/// The most (mm) that a point of the struts moves from one state to the other; infinity where they
-/// are not drawn by the same points.
-double largest_move(const stents::PlacedStent& from, const stents::PlacedStent& to);
 
 /// The straight stent of this design with the nominal outer radii of `tube`, or on the way to it
 /// from `start_radius` (mm) everywhere. \throws Error (usage) beyond the design's limits

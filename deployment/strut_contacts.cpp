@@ -4,60 +4,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
+
+#include "vessels/error.hpp"
+#include "vessels/text.hpp"
 
 namespace vstent::deployment {
 namespace {
 
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
-struct Hit {
-  bool found = false;
-  double height = 0;     // of the metal along the way out, from the place
-  double clearance = 0;  // no metal lies nearer to the way than this
-};
-
-/// Comes down the way out from `depth` above x to `reach` below it, by the distance that is free.
-/// Balls of free space of radii f and f' whose centres are f apart leave f'/2 around the way
-/// between them.
-Hit outermost_metal(const sdf::LevelSet& stent, const Vec3& x, const Vec3& outward, double depth,
-                    double reach) {
-  const double close = 0.02 * stent.voxel_size();
-  Hit hit;
-  hit.height = depth;
-  hit.clearance = std::numeric_limits<double>::infinity();
-  double closest = std::numeric_limits<double>::infinity();
-  constexpr int kLooks = 24;  // a way that grazes the metal for longer counts as touching it
-  for (int look = 0; look < kLooks; ++look) {
-    const sdf::Sample sample = stent.sample(x + hit.height * outward);
-    // Where a node around the place lies outside the band, all that is known is the band's width
-    // less the nodes' distance.
-    const double free = sample.gradient.isZero() && sample.distance > 0
-                            ? sample.distance - 2.5 * stent.voxel_size()
-                            : sample.distance;
-    closest = std::min(closest, free);
-    hit.clearance = std::min(hit.clearance, 0.5 * free);
-    if (free <= close) {
-      hit.found = true;
-      return hit;
-    }
-    hit.height -= free;
-    if (hit.height < -reach) {
-      hit.clearance = std::min(hit.clearance, -reach - hit.height);
-      return hit;
-    }
-  }
-  hit.found = closest < 0.25 * stent.voxel_size();
-  return hit;
-}
-
 }  // namespace
 
 StrutContacts::StrutContacts(std::span<const Triangle> triangles, std::span<const char> pinned,
                              const StrutContactOptions& options)
-    : options_(options), pinned_(pinned.begin(), pinned.end()) {
+    : options_(options) {
   const auto may_move = [&](std::initializer_list<int> corners) {
-    return std::any_of(corners.begin(), corners.end(), [&](int v) { return !pinned_[at(v)]; });
+    return std::any_of(corners.begin(), corners.end(), [&](int v) { return !pinned[at(v)]; });
   };
   std::set<std::pair<int, int>> edges;
   for (const Triangle& t : triangles) {
@@ -71,7 +35,7 @@ StrutContacts::StrutContacts(std::span<const Triangle> triangles, std::span<cons
     feature.looked_at = -1;
     features_.push_back(feature);
   };
-  for (int v = 0; v < static_cast<int>(pinned_.size()); ++v)
+  for (int v = 0; v < static_cast<int>(pinned.size()); ++v)
     if (may_move({v})) add({v, v, v}, 0);
   for (const auto& [a, b] : edges)
     if (may_move({a, b})) add({a, b, a}, 1);
@@ -79,60 +43,42 @@ StrutContacts::StrutContacts(std::span<const Triangle> triangles, std::span<cons
     if (may_move({t[0], t[1], t[2]})) add({t[0], t[1], t[2]}, 2);
 }
 
-void StrutContacts::find_ways_out(const Envelope& envelope, std::span<const Vec3> positions) {
-  const std::span<const Vec3> axis = envelope.axis;
-  const auto count = static_cast<int>(axis.size());
-  if (nearest_point_.size() != positions.size()) {
-    nearest_point_.assign(positions.size(), -1);
-    outward_.resize(positions.size());
-    radial_gap_.resize(positions.size());
-  }
-  tbb::parallel_for(std::size_t{0}, positions.size(), [&](std::size_t v) {
-    const Vec3& x = positions[v];
-    const auto squared = [&](int i) { return (x - axis[at(i)]).squaredNorm(); };
-    int nearest = nearest_point_[v];
-    if (nearest < 0 || nearest >= count) {
-      nearest = 0;
-      for (int i = 1; i < count; ++i)
-        if (squared(i) < squared(nearest)) nearest = i;
-    } else {
-      while (nearest + 1 < count && squared(nearest + 1) < squared(nearest)) ++nearest;
-      while (nearest > 0 && squared(nearest - 1) < squared(nearest)) --nearest;
-    }
-    nearest_point_[v] = nearest;
-    const Vec3 tangent =
-        (axis[at(std::min(nearest + 1, count - 1))] - axis[at(std::max(nearest - 1, 0))])
-            .normalized();
-    const Vec3 from_axis = x - axis[at(nearest)];
-    outward_[v] = (from_axis - from_axis.dot(tangent) * tangent).normalized();
-    radial_gap_[v] = from_axis.norm() - envelope.radius[at(nearest)];
-  });
-}
-
 void StrutContacts::look_at(Feature& feature, const sdf::LevelSet& stent,
                             std::span<const Vec3> positions) const {
   const auto [i, j, k] = feature.corners;
   const Vec3 &a = positions[at(i)], &b = positions[at(j)], &c = positions[at(k)];
   const double size = std::max({(a - b).norm(), (b - c).norm(), (c - a).norm()});
-  const double gap = std::min({radial_gap_[at(i)], radial_gap_[at(j)], radial_gap_[at(k)]});
+  const double sink = feature.dimension > 0 ? options_.sink : 0;
+  double nearest = std::numeric_limits<double>::infinity();
+  const auto metal_at = [&](const Vec3& place) {
+    const sdf::Sample sample = stent.sample(place);
+    if (!sample.gradient.isZero()) {
+      nearest = std::min(nearest, sample.distance);
+    } else if (sample.distance > 0) {
+      // Where a node around the place lies outside the band, all that is known is the band's width
+      // less the nodes' distance.
+      nearest = std::min(nearest, sample.distance - 2.5 * stent.voxel_size());
+    } else {
+      throw Error(ExitCode::numerical, "the wall at " + vessels::place(place) +
+                                           " mm lies deeper inside a strut than its level set "
+                                           "reaches; try a smaller patch edge_length");
+    }
+    return sample;
+  };
   feature.touches = false;
-  feature.height = -std::numeric_limits<double>::infinity();
-  // Beyond the envelope nothing needs to be looked at.
-  feature.clearance = gap - size - options_.reach;
+  // No corner is further from the centroid than two thirds of the longest side.
+  const double radius = feature.dimension == 0 ? 0 : 2.0 / 3 * size;
+  metal_at(feature.dimension == 1 ? Vec3(0.5 * (a + b)) : Vec3((a + b + c) / 3));
+  feature.clearance = nearest - radius - options_.reach;
   if (feature.clearance > 0) return;
-  feature.clearance = std::numeric_limits<double>::infinity();
+  feature.lift = -std::numeric_limits<double>::infinity();
   const auto look = [&](double wa, double wb, double wc) {
-    const Vec3 outward =
-        (wa * outward_[at(i)] + wb * outward_[at(j)] + wc * outward_[at(k)]).normalized();
-    const Hit hit =
-        outermost_metal(stent, wa * a + wb * b + wc * c, outward, options_.depth, options_.reach);
-    feature.clearance = std::min(feature.clearance, hit.clearance);
-    if (!hit.found || hit.height <= feature.height) return;
-    if (feature.dimension > 0 && near_support(feature, positions, wa * a + wb * b + wc * c)) return;
-    feature.touches = true;
-    feature.height = hit.height;
+    const sdf::Sample sample = metal_at(wa * a + wb * b + wc * c);
+    const double lift = -sink - sample.distance;
+    if (sample.gradient.isZero() || lift <= feature.lift) return;
+    feature.lift = lift;
     feature.weights = {wa, wb, wc};
-    feature.outward = outward;
+    feature.normal = sample.gradient;
   };
   // An edge is looked at in its middle at least, a triangle in its centroid.
   const int parts =
@@ -150,48 +96,29 @@ void StrutContacts::look_at(Feature& feature, const sdf::LevelSet& stent,
         look(1 - wb - wc, wb, wc);
       }
     }
+  feature.touches = feature.lift > -options_.reach;
+  feature.clearance = std::max(0.0, nearest - options_.reach);
 }
 
-bool StrutContacts::near_support(const Feature& feature, std::span<const Vec3> positions,
-                                 const Vec3& place) const {
-  return std::any_of(feature.corners.begin(), feature.corners.end(), [&](int v) {
-    return supported_[at(v)] && (positions[at(v)] - place).norm() <= options_.support;
-  });
-}
-
-void StrutContacts::update(const sdf::LevelSet& stent, const Envelope& envelope,
-                           std::span<const Vec3> positions, double stent_moved, double push) {
-  if (last_positions_.size() != positions.size() || !std::isfinite(stent_moved)) {
-    for (Feature& feature : features_) feature.looked_at = -1;
-    travel_ = 0;
-  } else {
+void StrutContacts::update(const sdf::LevelSet& stent, std::span<const Vec3> positions,
+                           double push) {
+  if (last_positions_.size() == positions.size()) {
     double moved = 0;
     for (std::size_t v = 0; v < positions.size(); ++v)
       moved = std::max(moved, (positions[v] - last_positions_[v]).squaredNorm());
-    travel_ += std::sqrt(moved) + stent_moved;
+    travel_ += std::sqrt(moved);
   }
   last_positions_.assign(positions.begin(), positions.end());
-  find_ways_out(envelope, positions);
-  const auto look_at_those = [&](bool vertices) {
-    tbb::parallel_for(
-        tbb::blocked_range<std::size_t>(0, features_.size(), 256),
-        [&](const tbb::blocked_range<std::size_t>& range) {
-          for (std::size_t f = range.begin(); f < range.end(); ++f) {
-            Feature& feature = features_[f];
-            if ((feature.dimension == 0) != vertices) continue;
-            if (feature.looked_at >= 0 && travel_ < feature.looked_at + feature.clearance) {
-              continue;
-            }
-            look_at(feature, stent, positions);
-            feature.looked_at = travel_;
-          }
-        });
-  };
-  look_at_those(true);
-  supported_.assign(positions.size(), 0);
-  for (const Feature& feature : features_)
-    if (feature.dimension == 0) supported_[at(feature.corners[0])] = feature.touches;
-  look_at_those(false);
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, features_.size(), 256),
+      [&](const tbb::blocked_range<std::size_t>& range) {
+        for (std::size_t f = range.begin(); f < range.end(); ++f) {
+          Feature& feature = features_[f];
+          if (feature.looked_at >= 0 && travel_ < feature.looked_at + feature.clearance) continue;
+          look_at(feature, stent, positions);
+          feature.looked_at = travel_;
+        }
+      });
 
   contacts_.clear();
   for (std::size_t f = 0; f < features_.size(); ++f) {
@@ -200,10 +127,17 @@ void StrutContacts::update(const sdf::LevelSet& stent, const Envelope& envelope,
     Vec3 place = Vec3::Zero();
     for (std::size_t k = 0; k < 3; ++k)
       place += feature.weights[k] * positions[at(feature.corners[k])];
-    const double offset = feature.outward.dot(place) + std::min(feature.height, push);
+    const double offset = feature.normal.dot(place) + std::min(feature.lift, push);
     contacts_.push_back(
-        {feature.corners, feature.weights, feature.outward, offset, static_cast<std::int64_t>(f)});
+        {feature.corners, feature.weights, feature.normal, offset, static_cast<std::int64_t>(f)});
   }
+}
+
+double StrutContacts::deepest() const {
+  double deepest = 0;
+  for (const Feature& feature : features_)
+    if (feature.touches) deepest = std::max(deepest, feature.lift);
+  return deepest;
 }
 
 }  // namespace vstent::deployment

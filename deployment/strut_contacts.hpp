@@ -1,8 +1,7 @@
-// Where struts push the wall: at vertices, and between them on edges and triangles, so that a strut
+// Where struts hold the wall: at vertices, and between them on edges and triangles, so that a strut
 // thinner than the mesh cannot hide.
 #pragma once
 
-#include <limits>
 #include <span>
 
 #include "sdf/level_set.hpp"
@@ -12,34 +11,27 @@ namespace vstent::deployment {
 
 /// Lengths in mm.
 struct StrutContactOptions {
-  double depth = 0;    ///< how far below a strut's outer face a place of the wall is still found
   double reach = 0;    ///< gap at which a place of the wall already counts as a contact
   double spacing = 0;  ///< between the places looked at on edges and triangles
-  double support = 0;  ///< a strut that holds a vertex needs no further contact so near to it
+  double sink = 0;     ///< that edges and triangles are let into a strut, so as to rest on vertices
 };
 
-/// The axis of a stent and the radius within which its metal stays, per point.
-struct Envelope {
-  std::span<const Vec3> axis;
-  std::span<const double> radius;
-};
-
-/// The distance field says how far a strut is, the way out says where to: the wall lies outside the
-/// stent, so each of its places is lifted radially, away from the stent's axis, over the outermost
-/// metal on its line. Along the field's own gradient thin struts would push vertices aside and cut
-/// through the wall. Places that are known to be clear are left alone until wall and stent have
-/// moved by as much.
+/// Every vertex, edge and triangle of the wall has at most one contact, where it comes nearest to
+/// the metal, along the distance field's gradient. The wall must start outside the metal, and move
+/// by less than `reach` between two updates: then it cannot pass through a strut. Places that are
+/// known to be clear are left alone until the wall has moved by as much.
 class StrutContacts {
  public:
   StrutContacts(std::span<const Triangle> triangles, std::span<const char> pinned,
                 const StrutContactOptions& options);
 
-  /// `stent_moved`: the most (mm) that any point of the stent has moved since the last call;
-  /// infinity where that is unknown. `push`: the most (mm) that a contact lifts the wall at once.
-  void update(const sdf::LevelSet& stent, const Envelope& envelope, std::span<const Vec3> positions,
-              double stent_moved, double push);
+  /// The same stent at every call. `push`: the most (mm) that a contact lifts the wall at once.
+  /// \throws Error (numerical) for a place deeper inside metal than the level set's band
+  void update(const sdf::LevelSet& stent, std::span<const Vec3> positions, double push);
 
   std::span<const xpbd::SpanContact> contacts() const { return contacts_; }
+  /// mm, at the last update: the most that a place of the wall lay deeper than it is let.
+  double deepest() const;
 
  private:
   /// A vertex, an edge or a triangle's inside; unused corners repeat the first.
@@ -48,27 +40,18 @@ class StrutContacts {
     int dimension;
     double looked_at = -1;  // travel at which it was looked at last; negative: never
     double clearance = 0;   // then, mm: no metal may be within reach before so much has moved
-    double height = 0;      // of the outermost metal above the place, along its way out
+    double lift = 0;        // mm, along the gradient, that takes the place to where it may be
     bool touches = false;
     std::array<double, 3> weights{};
-    Vec3 outward = Vec3::Zero();
+    Vec3 normal = Vec3::Zero();
   };
 
-  void find_ways_out(const Envelope& envelope, std::span<const Vec3> positions);
   void look_at(Feature& feature, const sdf::LevelSet& stent, std::span<const Vec3> positions) const;
-
-  bool near_support(const Feature& feature, std::span<const Vec3> positions,
-                    const Vec3& place) const;
 
   StrutContactOptions options_;
   std::vector<Feature> features_;
-  std::vector<char> pinned_;
-  std::vector<char> supported_;  // per vertex: a strut is within reach
   std::vector<Vec3> last_positions_;
-  double travel_ = 0;  // of wall and stent together, mm
-  std::vector<Vec3> outward_;
-  std::vector<double> radial_gap_;
-  std::vector<int> nearest_point_;  // of the axis
+  double travel_ = 0;  // of the wall, mm
   std::vector<xpbd::SpanContact> contacts_;
 };
 

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "measure/corners.hpp"
-#include "measure/triangle_tree.hpp"
 #include "sdf/polyline.hpp"
+#include "sdf/signed_mesh_distance.hpp"
 
 namespace vstent::measure {
 namespace {
@@ -53,7 +53,8 @@ AppositionMetrics measure_apposition(const StentBody& stent, const CutSurface& a
   const TriangleMesh& surface = stent.surface();
   const std::vector<double> arc = arc_lengths(axis_after);
   const std::vector<Vec3> directions = tangents(axis_after);
-  const TriangleTree wall(after.surface.mesh);
+  const TriangleMesh& wall = after.surface.mesh;
+  const sdf::BoxTree wall_tree = sdf::triangle_tree(wall);
   std::vector<Facet> facets(surface.triangles.size());
   tbb::parallel_for(std::size_t{0}, facets.size(), [&](std::size_t t) {
     const auto x = corners(surface, t);
@@ -68,8 +69,9 @@ AppositionMetrics measure_apposition(const StentBody& stent, const CutSurface& a
     Facet& facet = facets[t];
     facet.area = area.norm();
     facet.gap = std::copysign(to_wall.norm(), to_wall.dot(normal));
-    facet.over_opening = facet.gap > kAppositionGaps.front() &&
-                         !std::isfinite(wall.ahead(middle, normal, out.norm()));
+    facet.over_opening =
+        facet.gap > kAppositionGaps.front() &&
+        !std::isfinite(sdf::first_crossing(wall, wall_tree, middle, normal, out.norm()));
   });
   AppositionMetrics m;
   double over_openings = 0, sum = 0;

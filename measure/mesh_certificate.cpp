@@ -42,6 +42,39 @@ AngleQuality angle_quality(const TriangleMesh& mesh) {
   return q;
 }
 
+std::vector<Vec3> normals(const TriangleMesh& mesh) {
+  std::vector<Vec3> result(mesh.triangles.size());
+  for (std::size_t t = 0; t < result.size(); ++t) result[t] = area_vector(corners(mesh, t));
+  return result;
+}
+
+/// Per triangle, the area-weighted normal of those around it that share a vertex with it.
+std::vector<Vec3> surroundings(const TriangleMesh& mesh, std::span<const Vec3> normals) {
+  std::vector<Vec3> at_vertex(mesh.points.size(), Vec3::Zero());
+  for (std::size_t t = 0; t < normals.size(); ++t) {
+    for (const int v : mesh.triangles[t]) at_vertex[at(v)] += normals[t];
+  }
+  std::vector<Vec3> result(normals.size());
+  for (std::size_t t = 0; t < normals.size(); ++t) {
+    result[t] = -3 * normals[t];
+    for (const int v : mesh.triangles[t]) result[t] += at_vertex[at(v)];
+  }
+  return result;
+}
+
+/// A stiff turn of a part of the wall inverts nothing, a triangle that is turned over among its
+/// neighbours is inverted whichever way they face.
+void count_inverted(const TriangleMesh& before, const TriangleMesh& after, MeshMetrics& m) {
+  const std::vector<Vec3> normals_before = normals(before), normals_after = normals(after);
+  const std::vector<Vec3> around_before = surroundings(before, normals_before);
+  const std::vector<Vec3> around_after = surroundings(after, normals_after);
+  for (std::size_t t = 0; t < normals_before.size(); ++t) {
+    m.inverted_triangles +=
+        normals_after[t].dot(around_after[t]) < 0 && normals_before[t].dot(around_before[t]) >= 0;
+    m.turned_triangles += normals_before[t].dot(normals_after[t]) < 0;
+  }
+}
+
 void compare(const TriangleMesh& before, const TriangleMesh& after, std::span<const char> movable,
              MeshMetrics& m) {
   for (std::size_t v = 0; v < before.points.size(); ++v) {
@@ -51,10 +84,7 @@ void compare(const TriangleMesh& before, const TriangleMesh& after, std::span<co
     m.moved_vertices += changed;
     m.changed_outside_patch += changed && m.patch_known && !movable[v];
   }
-  for (std::size_t t = 0; t < before.triangles.size(); ++t) {
-    const Vec3 from = area_vector(corners(before, t)), to = area_vector(corners(after, t));
-    m.inverted_triangles += from.dot(to) < 0;
-  }
+  count_inverted(before, after, m);
 }
 
 }  // namespace

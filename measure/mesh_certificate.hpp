@@ -17,7 +17,8 @@ struct MeshMetrics {
   // Only where the triangles are the same:
   double largest_displacement = 0;  ///< mm
   std::size_t moved_vertices = 0, changed_outside_patch = 0;
-  std::size_t inverted_triangles = 0;  ///< normals that turned by more than 90 degrees
+  std::size_t inverted_triangles = 0;  ///< turned over among the triangles around them
+  std::size_t turned_triangles = 0;    ///< normals that turned by more than 90 degrees in space
   std::size_t new_self_intersections = 0;
   // Of either surface:
   std::size_t self_intersections_before = 0, self_intersections_after = 0;

@@ -6,8 +6,8 @@
 
 #include "measure/corners.hpp"
 #include "measure/loop.hpp"
-#include "measure/triangle_tree.hpp"
 #include "sdf/polyline.hpp"
+#include "sdf/signed_mesh_distance.hpp"
 
 namespace vstent::measure {
 namespace {
@@ -58,7 +58,8 @@ std::optional<Ostium> find_ostium(const CutSurface& before, const vessels::Cente
 
 /// Share (%) of the outline's inside, sampled on a grid, from which the stent lies ahead.
 std::optional<double> coverage(const Section& ostium, const Vec3& towards_parent,
-                               const Polyline& axis, const TriangleTree& stent) {
+                               const Polyline& axis, const TriangleMesh& stent,
+                               const sdf::BoxTree& stent_tree) {
   const Vec3 u = towards_parent.unitOrthogonal(), v = towards_parent.cross(u);
   const std::vector<double> arc = arc_lengths(axis);
   const PolylinePlace nearest = nearest_place(axis, arc, ostium.centroid);
@@ -87,7 +88,8 @@ std::optional<double> coverage(const Section& ostium, const Vec3& towards_parent
       const double b = half * (2 * (j + 0.5) / kAcross - 1);
       if (!inside(a, b)) continue;
       ++counted;
-      covered += std::isfinite(stent.ahead(ostium.centroid + a * u + b * v, towards_parent, limit));
+      covered += std::isfinite(sdf::first_crossing(
+          stent, stent_tree, ostium.centroid + a * u + b * v, towards_parent, limit));
     }
   }
   if (counted == 0) return std::nullopt;
@@ -105,7 +107,7 @@ std::vector<SideBranch> measure_side_branches(const CutSurface& before, const Cu
                                               const TriangleMesh& stent) {
   const std::set<int> own(way.branch_of_point.begin(), way.branch_of_point.end());
   std::vector<SideBranch> result;
-  const TriangleTree stent_tree(stent);
+  const sdf::BoxTree stent_tree = sdf::triangle_tree(stent);
   const std::vector<Station>& stations = profile.stations;
   for (const vessels::CenterlineBranch& branch : centerline.branches) {
     if (own.contains(branch.id) || !own.contains(branch.parent) || branch.points.size() < 3)
@@ -139,7 +141,7 @@ std::vector<SideBranch> measure_side_branches(const CutSurface& before, const Cu
         if (!same_triangles) side.ostium_after = section->area;
         side.symmetry_after = symmetry(*section);
         if (!stent.triangles.empty())
-          side.coverage = coverage(*section, -normal, profile.axis_after, stent_tree);
+          side.coverage = coverage(*section, -normal, profile.axis_after, stent, stent_tree);
       }
     }
     result.push_back(std::move(side));

@@ -11,9 +11,11 @@
 
 namespace vstent::measure {
 
-/// Shares are of the length of all struts, connectors and wires. Lengths in mm.
+/// Shares are of the length of all struts, connectors and wires, or of the area of a surface's
+/// outer side. Lengths in mm.
 struct StrutMetrics {
-  double strut_length = 0;  ///< of all centre lines
+  double strut_length = 0;  ///< of all centre lines; 0 for a surface
+  double outer_area = 0;    ///< mm^2, of a surface; 0 for struts
   /// Gap from the outer face of the metal to the wall beyond it, along the way out from the axis.
   double mean_gap = 0, largest_gap = 0;
   std::array<double, 4> share_with_gap{};  ///< above kGaps
@@ -27,6 +29,19 @@ struct StrutMetrics {
 /// mm. An abluminal gap is a strut that optical coherence tomography calls malapposed; clinical
 /// series count from a tenth of a millimetre on.
 inline constexpr std::array<double, 4> kGaps{0.01, 0.1, 0.2, 0.4};
+
+/// Gaps between metal and wall, each weighed by the length or the area that it stands for.
+struct GapSums {
+  double all = 0, in_vessel = 0, over_openings = 0, sum = 0, largest = 0;
+  std::array<double, kGaps.size()> above{};
+  void add(double gap, double weight);  ///< infinite where there is no wall
+  void put_into(StrutMetrics& metrics) const;
+};
+
+/// Mean and largest depth of the wall inside the stent's outer surface; gives back those samples
+/// that metal up to `near` (mm) below that surface could reach.
+std::vector<Vec3> put_prolapse(std::span<const Vec3> samples, std::span<const double> depths,
+                               double near, StrutMetrics& metrics);
 
 /// The stent's axis and outer radii, proximal to distal.
 struct StentEnvelope {

@@ -8,7 +8,6 @@
 namespace vstent::sdf {
 namespace {
 
-constexpr int kLeavesPerSide = Rasteriser::kBlockSide / kLeafSide;
 constexpr double kRounding = 1e-9;
 
 float single(double value) { return static_cast<float>(value); }
@@ -21,9 +20,10 @@ Affine affine(const Vec3& direction, const Vec3& from_origin, double zero, doubl
 
 LeafVector vector(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
-Vec3 middle_of(const Index3& origin, int nodes, double h) {
+/// Of the cube of this many nodes along each side with this index.
+Vec3 middle_of(const Index3& cube, int nodes, double h) {
   const double half = 0.5 * (nodes - 1);
-  return h * Vec3(origin[0] + half, origin[1] + half, origin[2] + half);
+  return h * Vec3(nodes * cube[0] + half, nodes * cube[1] + half, nodes * cube[2] + half);
 }
 
 }  // namespace
@@ -36,33 +36,18 @@ double CubeReach::least(const Sample& middle) const {
   return middle.distance - (slope > 0 ? half * slope : corner);
 }
 
-BlockRasteriser::BlockRasteriser(const Rasteriser& scene)
+BlockRasteriser::BlockRasteriser(const Rasteriser& scene, LeafDirectory& leaves, LeafStore& store)
     : scene_(scene),
+      leaves_(leaves),
+      writer_(store),
       block_reach_(Rasteriser::kBlockSide, scene.voxel_size_),
       leaf_reach_(kLeafSide, scene.voxel_size_) {}
 
-Candidate BlockRasteriser::candidate(int piece, const Vec3& middle) const {
-  const Rasteriser::Shape& shape = scene_.shapes_[static_cast<std::size_t>(piece)];
-  if (shape.is_plain) {
-    const Vec3 from_a = middle - shape.a;
-    const double s = std::clamp(from_a.dot(shape.axis), 0.0, shape.length);
-    const Vec3 away = from_a - s * shape.axis;
-    const double from_axis = away.norm();
-    const Sample sample{from_axis - shape.outer_radius,
-                        from_axis > 0 ? Vec3(away / from_axis) : Vec3(Vec3::Zero())};
-    return {piece, sample, sample};
-  }
-  const Sample sample = scene_.pieces_.distance(piece, middle);
-  if (!scene_.pieces_.is_cut(piece)) return {piece, sample, sample};
-  return {piece, sample, scene_.pieces_.uncut_distance(piece, middle)};
-}
-
-/// Drops the candidates that are nearest to no node of the cube, or that its band does not touch.
+/// Drops the candidates that are nearest to no node of the cube.
 BlockRasteriser::Verdict BlockRasteriser::cull(const CubeReach& reach,
                                                std::vector<Candidate>& near) const {
-  const double limit = scene_.band_ * (1 + kRounding);
-  std::erase_if(near, [&](const Candidate& c) { return reach.least(c.uncut) > limit; });
   if (near.empty()) return Verdict::outside;
+  const double limit = scene_.band_ * (1 + kRounding);
   const auto nearest = std::min_element(near.begin(), near.end(), [](const auto& a, const auto& b) {
     return a.sample.distance < b.sample.distance;
   });
@@ -89,30 +74,31 @@ BlockRasteriser::Verdict BlockRasteriser::cull(const CubeReach& reach,
   return Verdict::band;
 }
 
-void BlockRasteriser::operator()(const Rasteriser::Block& block, const LeafSink& sink) {
-  const double h = scene_.voxel_size_;
-  const Vec3 middle = middle_of(block.origin, Rasteriser::kBlockSide, h);
-  of_block_.clear();
-  for (int i = block.begin; i < block.end; ++i) {
-    const int piece = scene_.candidates_[static_cast<std::size_t>(i)];
-    of_block_.push_back(candidate(piece, middle));
-  }
-  const Verdict verdict = cull(block_reach_, of_block_);
-  if (verdict == Verdict::inside) sink.fill_inside(block.origin, Rasteriser::kBlockSide);
-  if (verdict != Verdict::band) return;
-
+void BlockRasteriser::operator()(std::size_t block) {
+  LeafPage& page = leaves_.page(block);
+  page.fill_own(leaves_.outside());
   Index3 lower, upper;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    lower[axis] = block.origin[axis] / kLeafSide;
-    upper[axis] = lower[axis] + kLeavesPerSide - 1;
+    lower[axis] = LeafPage::kSide * leaves_.block(block)[axis];
+    upper[axis] = lower[axis] + LeafPage::kSide - 1;
   }
-  bin_to_leaves(lower, upper);
+  const Vec3 middle = middle_of(leaves_.block(block), Rasteriser::kBlockSide, scene_.voxel_size_);
+  of_block_.clear();
+  for (int i = scene_.first_candidate_[block]; i < scene_.first_candidate_[block + 1]; ++i) {
+    const int piece = scene_.candidates_[static_cast<std::size_t>(i)];
+    of_block_.push_back({piece, scene_.pieces_.distance(piece, middle)});
+  }
+  const Verdict verdict = cull(block_reach_, of_block_);
+  if (verdict == Verdict::inside) page.fill_own(leaves_.inside());
+  if (verdict != Verdict::band) return;
+  for (const Candidate& c : of_block_) bin_to_leaves(c.piece, lower, upper);
   std::size_t n = 0;
-  for (int i = lower[0]; i <= upper[0]; ++i) {
-    for (int j = lower[1]; j <= upper[1]; ++j) {
-      for (int k = lower[2]; k <= upper[2]; ++k, ++n) {
+  for (int i = 0; i < LeafPage::kSide; ++i) {
+    for (int j = 0; j < LeafPage::kSide; ++j) {
+      for (int k = 0; k < LeafPage::kSide; ++k, ++n) {
         if (of_leaf_[n].empty()) continue;
-        fill_leaf({kLeafSide * i, kLeafSide * j, kLeafSide * k}, of_leaf_[n], sink);
+        page.leaves[LeafPage::place(i, j, k)] =
+            fill_leaf({lower[0] + i, lower[1] + j, lower[2] + k}, of_leaf_[n]);
         of_leaf_[n].clear();
       }
     }
@@ -122,16 +108,14 @@ void BlockRasteriser::operator()(const Rasteriser::Block& block, const LeafSink&
 /// Does a neighbour in the same chain come at least as near to all nodes of the leaf? Where all lie
 /// beyond the end that two capsules share, that end is the one's nearest point and a point of the
 /// other's.
-bool BlockRasteriser::yields(int piece, const Vec3& middle) const {
+bool BlockRasteriser::yields(int piece, const Vec3& middle, double along) const {
   const Rasteriser::Shape& shape = scene_.shapes_[static_cast<std::size_t>(piece)];
-  const auto is_past_b = [&](const Rasteriser::Shape& s) {
-    return leaf_reach_.least(middle - s.a, s.axis) >= s.length;
-  };
-  if (!shape.continues || !is_past_b(shape)) {
+  if (!shape.continues || along - shape.reach < shape.length) {
     // Where two pieces could each yield to the other, the second stays.
-    if (!shape.continued || leaf_reach_.least(shape.a - middle, shape.axis) < 0) return false;
+    if (!shape.continued || along + shape.reach > 0) return false;
     const Rasteriser::Shape& before = scene_.shapes_[static_cast<std::size_t>(piece) - 1];
-    if (before.continues && is_past_b(before)) return false;
+    if (before.continues && leaf_reach_.least(middle - before.a, before.axis) >= before.length)
+      return false;
   }
   if (shape.is_plain) return true;
   // Behind the planes of its caps max(d, z) keeps the order.
@@ -144,46 +128,68 @@ bool BlockRasteriser::yields(int piece, const Vec3& middle) const {
   return true;
 }
 
-void BlockRasteriser::bin_to_leaves(const Index3& lower, const Index3& upper) {
+/// Lists the piece in the leaves that its band touches. The innermost loop of binning: by single
+/// coordinates, and with the cheap refusals first.
+void BlockRasteriser::bin_to_leaves(int piece, const Index3& lower, const Index3& upper) {
+  const Rasteriser::Shape& shape = scene_.shapes_[static_cast<std::size_t>(piece)];
   const double h = scene_.voxel_size_;
   const double limit = scene_.band_ * (1 + kRounding);
-  for (const Candidate& c : of_block_) {
-    const Rasteriser::Shape& shape = scene_.shapes_[static_cast<std::size_t>(c.piece)];
-    visit_cells(
-        shape.a, shape.b, shape.outer_radius + limit, kLeafSide * h, lower, upper,
-        [&](const Index3& leaf) {
-          const Index3 origin{kLeafSide * leaf[0], kLeafSide * leaf[1], kLeafSide * leaf[2]};
-          const Vec3 middle = middle_of(origin, kLeafSide, h);
-          if (yields(c.piece, middle)) return;
-          const Candidate seen = candidate(c.piece, middle);
-          if (leaf_reach_.least(seen.uncut) > limit) return;
-          const int n = (leaf[0] - lower[0]) * kLeavesPerSide * kLeavesPerSide +
-                        (leaf[1] - lower[1]) * kLeavesPerSide + (leaf[2] - lower[2]);
-          of_leaf_[static_cast<std::size_t>(n)].push_back(seen);
-        });
-  }
+  const double farthest = shape.outer_radius + limit + leaf_reach_.corner * (1 + kRounding);
+  const LeafVector axis = vector(shape.axis);
+  const auto visit = [&](const Index3& leaf) {
+    const Vec3 middle = middle_of(leaf, kLeafSide, h);
+    const double x = middle.x() - shape.a.x(), y = middle.y() - shape.a.y(),
+                 z = middle.z() - shape.a.z();
+    const double along = x * axis.x + y * axis.y + z * axis.z;
+    if (shape.is_plain && shape.continues && along - shape.reach >= shape.length) return;  // yields
+    const double s = std::clamp(along, 0.0, shape.length);
+    const double away_x = x - s * axis.x, away_y = y - s * axis.y, away_z = z - s * axis.z;
+    const double squared = away_x * away_x + away_y * away_y + away_z * away_z;
+    if (squared > farthest * farthest || yields(piece, middle, along)) return;
+    const int n = ((leaf[0] - lower[0]) * LeafPage::kSide + leaf[1] - lower[1]) * LeafPage::kSide +
+                  leaf[2] - lower[2];
+    std::vector<Candidate>& near = of_leaf_[static_cast<std::size_t>(n)];
+    if (!shape.is_plain) {
+      if (leaf_reach_.least(scene_.pieces_.uncut_distance(piece, middle)) > limit) return;
+      near.push_back({piece, scene_.pieces_.distance(piece, middle)});
+      return;
+    }
+    const double from_axis = std::sqrt(squared);
+    const double distance = from_axis - shape.outer_radius;
+    const double inverse = from_axis > 0 ? 1 / from_axis : 0;
+    const double slope = (std::abs(away_x) + std::abs(away_y) + std::abs(away_z)) * inverse;
+    if (distance - (slope > 0 ? leaf_reach_.half * slope : leaf_reach_.corner) > limit) return;
+    Candidate& c = near.emplace_back();
+    c.piece = piece;
+    c.sample.distance = distance;
+    c.sample.gradient = {away_x * inverse, away_y * inverse, away_z * inverse};
+  };
+  visit_cells(shape.a, shape.b, shape.outer_radius + limit, kLeafSide * h, lower, upper, visit);
 }
 
-void BlockRasteriser::fill_leaf(const Index3& origin, std::vector<Candidate>& near,
-                                const LeafSink& sink) {
+/// Where its values are.
+const float* BlockRasteriser::fill_leaf(const Index3& leaf, std::vector<Candidate>& near) {
   const Verdict verdict = cull(leaf_reach_, near);
-  if (verdict == Verdict::inside) sink.fill_inside(origin, kLeafSide);
-  if (verdict != Verdict::band) return;
-  const Vec3 middle = middle_of(origin, kLeafSide, scene_.voxel_size_);
+  if (verdict == Verdict::inside) return leaves_.inside();
+  if (verdict != Verdict::band) return leaves_.outside();
+  const Vec3 middle = middle_of(leaf, kLeafSide, scene_.voxel_size_);
   entries_.clear();
   whole_caps_.clear();
   for (const Candidate& c : near) resolve(c, middle);
-  std::sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
+  const auto order = [](const Entry& a, const Entry& b) {
     return std::tuple(a.plane, a.kind, a.radius, a.piece) <
            std::tuple(b.plane, b.kind, b.radius, b.piece);
-  });
+  };
+  if (!std::is_sorted(entries_.begin(), entries_.end(), order))
+    std::sort(entries_.begin(), entries_.end(), order);
   evaluate(middle);
-  LeafMask active;
-  if (kernels_.store(values_, single(scene_.band_), sink.spare(), active)) {
-    sink.keep(origin, active);
-  } else if (values_.at[0] < 0) {  // neighbouring nodes differ by less than the band: one sign
-    sink.fill_inside(origin, kLeafSide);
-  }
+  float* values = writer_.spare();
+  const int active = kernels_.store(values_, single(scene_.band_), values);
+  active_voxels_ += static_cast<std::size_t>(active);
+  // Neighbouring nodes differ by less than the band: without active ones, all have one sign.
+  if (active == 0) return values_.at[0] < 0 ? leaves_.inside() : leaves_.outside();
+  writer_.keep();
+  return values;
 }
 
 /// What the piece is to the leaf: a cap matters only where its plane cuts the band, and where it
@@ -195,12 +201,24 @@ void BlockRasteriser::resolve(const Candidate& c, const Vec3& middle) {
     return;
   }
   const PreparedSegment& segment = pieces.segment(c.piece);
+  const Rasteriser::Shape& shape = scene_.shapes_[static_cast<std::size_t>(c.piece)];
+  const auto is_thick = [&](double radius) {
+    return radius >= 16 * scene_.voxel_size_ && radius >= 2 * scene_.band_;
+  };
+  if (shape.is_plain) {
+    Entry& whole = entries_.emplace_back();
+    whole.kind = is_thick(segment.radius) && segment.length > 0 ? Kind::thick : Kind::thin;
+    whole.radius = segment.radius;
+    whole.piece = c.piece;
+    return;
+  }
   Entry entry{Kind::cone, segment.radius, c.piece};
   if (pieces.joints() == Joints::flat) {
     entries_.push_back(entry);
     return;
   }
-  const double least = leaf_reach_.least(c.uncut);
+  const Sample uncut = pieces.uncut_distance(c.piece, middle);
+  const double least = leaf_reach_.least(uncut);
   bool is_cut_off = false, is_behind = false;
   for (const int index : {segment.start_cap, segment.end_cap}) {
     if (index < 0) continue;
@@ -209,7 +227,7 @@ void BlockRasteriser::resolve(const Candidate& c, const Vec3& middle) {
     const double largest_z = -leaf_reach_.least(cap.centre - middle, cap.outward);
     if (largest_z <= std::min(std::max(least, -scene_.band_), 0.0)) continue;
     is_behind = largest_z <= 0;
-    is_cut_off = c.uncut.distance + leaf_reach_.corner <=
+    is_cut_off = uncut.distance + leaf_reach_.corner <=
                  std::max(std::min(least_z, 0.0), -scene_.band_ * (1 + kRounding));
     entry.cap[static_cast<std::size_t>(entry.caps++)] = index;
   }
@@ -219,9 +237,6 @@ void BlockRasteriser::resolve(const Candidate& c, const Vec3& middle) {
     whole_caps_.push_back(entry.cap[0]);
   }
   if (entry.caps == 1 && is_behind) entry.plane = entry.cap[0];
-  const auto is_thick = [&](double radius) {
-    return radius >= 16 * scene_.voxel_size_ && radius >= 2 * scene_.band_;
-  };
   if (segment.sine == 0 && segment.length > 0) {
     if (entry.caps == 0 || entry.plane >= 0) {
       entry.kind = is_thick(segment.radius) ? Kind::thick : Kind::thin;
@@ -235,20 +250,12 @@ void BlockRasteriser::resolve(const Candidate& c, const Vec3& middle) {
   entries_.push_back(entry);
 }
 
-/// The rows within the band of the box around the piece.
-LeafRows BlockRasteriser::rows_of(int piece, const Vec3& middle) const {
+/// The planes within the band of the box around the piece.
+LeafPlanes BlockRasteriser::planes_of(int piece, const Vec3& middle) const {
   const Rasteriser::Shape& shape = scene_.shapes_[static_cast<std::size_t>(piece)];
-  const double margin = shape.outer_radius + scene_.band_ * (1 + kRounding) + leaf_reach_.half;
-  const double per_node = 1 / scene_.voxel_size_;
-  const auto range = [&](int axis) {  // rounded outwards
-    const auto [low, high] = std::minmax(shape.a[axis], shape.b[axis]);
-    const double from = std::clamp((low - margin - middle[axis]) * per_node + 7, 0.0, 8.0);
-    const double end = std::clamp((high + margin - middle[axis]) * per_node + 1, 0.0, 8.0);
-    return std::pair(static_cast<int>(from), static_cast<int>(end));
-  };
-  const auto [first_i, end_i] = range(0);
-  const auto [first_j, end_j] = range(1);
-  return {first_i, end_i, first_j, end_j};
+  const auto plane = [](double place) { return static_cast<int>(std::clamp(place, 0.0, 8.0)); };
+  const double x = middle.x() / scene_.voxel_size_;
+  return {plane(shape.first_plane - x), plane(shape.end_plane - x)};
 }
 
 void BlockRasteriser::evaluate(const Vec3& middle) {
@@ -291,7 +298,7 @@ void BlockRasteriser::lower_to_struts(std::size_t& entry, const Vec3& middle) {
                        .half_width = single(strut.half_width),
                        .half_thickness = single(strut.half_thickness),
                        .edge_radius = single(strut.edge_radius),
-                       .rows = rows_of(piece, middle)});
+                       .planes = planes_of(piece, middle)});
   }
   kernels_.lower_to_struts(struts_, values_);
 }
@@ -327,37 +334,47 @@ void BlockRasteriser::lower_to_capsules(std::size_t& entry, const Vec3& middle,
   };
   capsules_.clear();
   for (; entry < entries_.size() && belongs(entries_[entry]); ++entry)
-    capsules_.push_back(capsule_of(entries_[entry], middle));
+    capsules_.push_back(kind == Kind::thick ? thick_capsule(entries_[entry], middle)
+                                            : thin_capsule(entries_[entry].piece, middle));
   (kind == Kind::thick ? kernels_.lower_to_thick : kernels_.lower_to_thin)(capsules_,
                                                                            single(radius), values);
 }
 
-/// A thick capsule's coordinates follow its nearest point, so that single precision meets small
-/// numbers only: beyond an end they are those of the ball there.
-LeafCapsule BlockRasteriser::capsule_of(const Entry& entry, const Vec3& middle) const {
+LeafCapsule BlockRasteriser::thin_capsule(int piece, const Vec3& middle) const {
+  const Rasteriser::Shape& shape = scene_.shapes_[static_cast<std::size_t>(piece)];
+  const Vec3 from_a = middle - shape.a;
+  const double along = shape.along.dot(from_a);
+  LeafCapsule capsule = shape.thin;
+  capsule.across.middle = single(shape.sideways.dot(from_a));
+  capsule.aside.middle = single(shape.aside.dot(from_a));
+  capsule.past_b.middle = single(along - shape.length);
+  capsule.before_a = single(-along);
+  capsule.planes = planes_of(piece, middle);
+  return capsule;
+}
+
+/// Coordinates follow the nearest point, so that single precision meets small numbers only: beyond
+/// an end they are those of the ball there.
+LeafCapsule BlockRasteriser::thick_capsule(const Entry& entry, const Vec3& middle) const {
   const double h = scene_.voxel_size_;
   const Rasteriser::Shape& shape = scene_.shapes_[static_cast<std::size_t>(entry.piece)];
-  const bool is_thin = entry.kind == Kind::thin;
-  Vec3 across = shape.sideways;
-  Vec3 along = shape.length > 0 ? shape.axis : Vec3(across.unitOrthogonal());
+  Vec3 across = shape.sideways, along = shape.along;
   Vec3 from_a = middle - shape.a;
   double length = shape.length;
-  if (!is_thin) {
-    const bool is_past_b = leaf_reach_.least(from_a, along) >= length;
-    const bool is_before_a = leaf_reach_.least(-from_a, along) >= 0;
-    if (entry.kind == Kind::thick && (is_past_b || is_before_a)) {
-      if (is_past_b) from_a = middle - shape.b;
-      along = from_a.unitOrthogonal();
-      length = 0;
-    }
-    const Vec3 away = from_a - from_a.dot(along) * along;
-    if (away.norm() > h) across = away.normalized();
+  const bool is_past_b = leaf_reach_.least(from_a, along) >= length;
+  const bool is_before_a = leaf_reach_.least(-from_a, along) >= 0;
+  if (entry.kind == Kind::thick && (is_past_b || is_before_a)) {
+    if (is_past_b) from_a = middle - shape.b;
+    along = from_a.unitOrthogonal();
+    length = 0;
   }
-  return {.across = affine(across, from_a, is_thin ? 0 : entry.radius, h),
+  const Vec3 away = from_a - from_a.dot(along) * along;
+  if (away.norm() > h) across = away.normalized();
+  return {.across = affine(across, from_a, entry.radius, h),
           .aside = affine(along.cross(across), from_a, 0, h),
           .past_b = affine(along, from_a, length, h),
           .before_a = single(-along.dot(from_a)),
-          .rows = is_thin ? rows_of(entry.piece, middle) : LeafRows{}};
+          .planes = {}};
 }
 
 /// All that follow, and moves on beyond them.
@@ -371,7 +388,7 @@ void BlockRasteriser::lower_to_cut_capsules(std::size_t& entry, const Vec3& midd
     const Vec3 from_centre = middle - cap.centre;
     const Vec3 away = from_centre - from_centre.dot(cap.outward) * cap.outward;
     const Vec3 across = away.norm() > h ? Vec3(away.normalized()) : cap.outward.unitOrthogonal();
-    cut_capsules_.push_back({.capsule = capsule_of(e, middle),
+    cut_capsules_.push_back({.capsule = thick_capsule(e, middle),
                              .radius = single(e.radius),
                              .length = single(shape.length),
                              .beyond = affine(cap.outward, from_centre, 0, h),

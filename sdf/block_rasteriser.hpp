@@ -5,11 +5,10 @@
 
 namespace vstent::sdf {
 
-/// A piece as a cube of nodes sees it from its middle. A cut piece's uncut distance is convex, its
-/// own is not.
+/// A piece as a cube of nodes sees it from its middle.
 struct Candidate {
   int piece = -1;
-  Sample sample, uncut;
+  Sample sample;
 };
 
 /// How far a cube's nodes lie from its middle (mm), along each axis and at most.
@@ -68,36 +67,40 @@ void visit_cells(const Vec3& a, const Vec3& b, double margin, double side, const
 
 class BlockRasteriser {
  public:
-  explicit BlockRasteriser(const Rasteriser& scene);
-  void operator()(const Rasteriser::Block& block, const LeafSink& sink);
+  BlockRasteriser(const Rasteriser& scene, LeafDirectory& leaves, LeafStore& store);
+  void operator()(std::size_t block);
+  std::size_t active_voxels() const { return active_voxels_; }
 
  private:
   enum class Verdict { outside, inside, band };
   enum class Kind { thin, thick, strut, cut, cone };
   struct Entry {
-    Kind kind;
-    double radius;
-    int piece;
+    Kind kind = Kind::cone;
+    double radius = 0;
+    int piece = -1;
     int caps = 0;
     std::array<int, 2> cap{-1, -1};
     int plane = -1;  // the one cap whose plane cuts it, where all nodes lie behind the plane
   };
 
-  Candidate candidate(int piece, const Vec3& middle) const;
-  bool yields(int piece, const Vec3& middle) const;
-  void bin_to_leaves(const Index3& lower, const Index3& upper);
+  bool yields(int piece, const Vec3& middle, double along) const;
+  void bin_to_leaves(int piece, const Index3& lower, const Index3& upper);
   Verdict cull(const CubeReach& reach, std::vector<Candidate>& near) const;
-  void fill_leaf(const Index3& origin, std::vector<Candidate>& near, const LeafSink& sink);
+  const float* fill_leaf(const Index3& origin, std::vector<Candidate>& near);
   void resolve(const Candidate& candidate, const Vec3& middle);
-  LeafRows rows_of(int piece, const Vec3& middle) const;
+  LeafPlanes planes_of(int piece, const Vec3& middle) const;
   void evaluate(const Vec3& middle);
-  LeafCapsule capsule_of(const Entry& entry, const Vec3& middle) const;
+  LeafCapsule thin_capsule(int piece, const Vec3& middle) const;
+  LeafCapsule thick_capsule(const Entry& entry, const Vec3& middle) const;
   void lower_to_struts(std::size_t& entry, const Vec3& middle);
   void lower_to_cut_capsules(std::size_t& entry, const Vec3& middle);
   void lower_to_cone(const Entry& entry, const Vec3& middle);
   void lower_to_capsules(std::size_t& entry, const Vec3& middle, LeafValues& values);
 
   const Rasteriser& scene_;
+  LeafDirectory& leaves_;
+  LeafStore::Writer writer_;
+  std::size_t active_voxels_ = 0;
   const LeafKernels& kernels_ = leaf_kernels();
   CubeReach block_reach_, leaf_reach_;
   std::vector<Candidate> of_block_;

@@ -22,7 +22,7 @@ class IndexTable {
   int find(const Index& index) const {
     for (std::size_t slot = hash(index) & mask();; slot = (slot + 1) & mask()) {
       const int number = slots_[slot];
-      if (number < 0 || indices_[static_cast<std::size_t>(number)] == index) return number;
+      if (number < 0 || equal(indices_[static_cast<std::size_t>(number)], index)) return number;
     }
   }
 
@@ -40,6 +40,9 @@ class IndexTable {
 
  private:
   std::size_t mask() const { return slots_.size() - 1; }
+  static bool equal(const Index& a, const Index& b) {  // without a call
+    return ((a[0] ^ b[0]) | (a[1] ^ b[1]) | (a[2] ^ b[2])) == 0;
+  }
   void occupy(const Index& index, int number) {
     std::size_t slot = hash(index) & mask();
     while (slots_[slot] >= 0) slot = (slot + 1) & mask();

@@ -2,45 +2,13 @@
 #pragma once
 
 #include <array>
-#include <memory>
 #include <span>
-#include <vector>
 
-#include "sdf/index_table.hpp"
+#include "sdf/leaf_directory.hpp"
+#include "sdf/leaf_kernels.hpp"
 #include "sdf/solid.hpp"
 
 namespace vstent::sdf {
-
-/// Finds the 512 values of the leaf (i, j, k), which begins at node 8 (i, j, k). Where no leaf was
-/// put, they are all `outside`, or `inside` where that was said.
-class LeafDirectory {
- public:
-  LeafDirectory(float outside, float inside);
-  void put(int i, int j, int k, const float* values) { slot(i, j, k) = values; }
-  void put_inside(int i, int j, int k) { slot(i, j, k) = inside_->data(); }
-  /// Of 16^3 leaves, none of which has been put; the first is (16 i, 16 j, 16 k).
-  void put_inside_page(int i, int j, int k);
-  const float* find(int i, int j, int k) const {
-    const int page = table_.find({i >> 4, j >> 4, k >> 4});
-    return page < 0 ? outside_->data() : (*pages_[static_cast<std::size_t>(page)])[place(i, j, k)];
-  }
-  std::size_t bytes() const;
-
- private:
-  friend class LeafCursor;
-  using Page = std::array<const float*, 4096>;  // 16^3 leaves
-  using Constant = std::array<float, 512>;
-  static std::size_t place(int i, int j, int k) {
-    return static_cast<std::size_t>((i & 15) << 8 | (j & 15) << 4 | (k & 15));
-  }
-  const float*& slot(int i, int j, int k);
-
-  IndexTable table_;
-  std::vector<Page*> pages_;
-  std::vector<std::unique_ptr<Page>> owned_pages_;
-  Page* inside_page_ = nullptr;
-  std::unique_ptr<Constant> outside_, inside_;
-};
 
 struct LeafField {
   LeafDirectory leaves;
@@ -53,7 +21,7 @@ struct LeafField {
 /// One thread's view: points that follow one another in space find their leaves ready.
 class LeafCursor {
  public:
-  explicit LeafCursor(const LeafField& field) : field_(field) {}
+  explicit LeafCursor(const LeafField& field);
   /// As LevelSet::sample.
   Sample sample(const Vec3& x);
   /// The same bits: finds and fetches the nodes of several points before it looks at any.
@@ -63,27 +31,18 @@ class LeafCursor {
   Sample sample_closely(const Vec3& x);
 
  private:
-  struct Stencil;
-  /// Where the 4^3 nodes around a point are.
-  struct Place {
-    std::array<const float*, 8> leaves;  // k fastest; some may hold none of them
-    std::array<int, 3> first;            // node in the first leaf
-    std::array<double, 3> fraction;      // of the way from the second node to the third
-    bool is_far;                         // beyond what can be indexed
-    void prefetch() const;
-  };
-  template <class Interpolate>
-  Sample sample(const Place& place, Interpolate&& interpolate) const;
-  Place place_of(const Vec3& x);
-  void move_to(int i, int j, int k, unsigned wanted);
-  const float* find(int i, int j, int k);
+  /// Pointers to leaves where no page has them.
+  using Loose = std::array<const float*, 32>;
+
+  /// All but the rows. Outside, where x is beyond what can be indexed.
+  void locate(const Vec3& x, LeafPlace& place, Loose& loose);
 
   const LeafField& field_;
-  std::array<const float*, 8> leaves_{};  // from (i, j, k) on, k fastest
-  unsigned found_ = 0;                    // which of them
-  int i_ = 0, j_ = 0, k_ = 0;
-  IndexTable::Index page_index_{};
-  const LeafDirectory::Page* page_ = nullptr;
+  const double per_node_;
+  const LeafRange range_;
+  const LeafKernels& kernels_ = leaf_kernels();
+  IndexTable::Index block_{};
+  const LeafPage* page_ = nullptr;
 };
 
 }  // namespace vstent::sdf

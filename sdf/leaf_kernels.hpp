@@ -1,10 +1,11 @@
-// The inner loops that fill a leaf of 8^3 nodes with distances, compiled once for any machine and
-// once for wide registers; both give the same bits. Coordinates are counted from the leaf's middle,
-// so that single precision keeps the distances to its own rounding wherever the solid lies.
+// The inner loops that fill a leaf of 8^3 nodes with distances and that read from leaves, compiled
+// once for any machine and once for wide registers; both give the same bits. Coordinates are
+// counted from the leaf's middle, so that single precision keeps the distances to its own rounding
+// wherever the solid lies.
 #pragma once
 
 #include <array>
-#include <cstdint>
+#include <cstddef>
 #include <span>
 
 namespace vstent::sdf {
@@ -17,17 +18,15 @@ struct alignas(32) LeafValues {
   std::array<float, kLeafNodes> at;
 };
 
-/// Bit 8 j + k of word i: |value| is below the band.
-using LeafMask = std::array<std::uint64_t, 8>;
-
 /// middle + (i - 3.5) x + (j - 3.5) y + (k - 3.5) z at node (i, j, k).
 struct Affine {
   float middle = 0, x = 0, y = 0, z = 0;
 };
 
-/// The rows of nodes (i, j) that a piece's band can reach; the others are left as they are.
-struct LeafRows {
-  int first_i = 0, end_i = kLeafSide, first_j = 0, end_j = kLeafSide;
+/// The planes of nodes i in [first, end) that a piece's band can reach; the others are left as they
+/// are.
+struct LeafPlanes {
+  int first = 0, end = kLeafSide;
 };
 
 /// A capsule seen from a leaf, in coordinates along its axis and two across it. Of the capsules
@@ -37,7 +36,7 @@ struct LeafCapsule {
   Affine across, aside;
   Affine past_b;       ///< how far beyond b
   float before_a = 0;  ///< how far before a, at the middle
-  LeafRows rows;
+  LeafPlanes planes;
 };
 
 /// A strut's core seen from a leaf.
@@ -46,7 +45,7 @@ struct LeafStrut {
   Affine past_b;
   float before_a = 0;
   float half_width = 0, half_thickness = 0, edge_radius = 0;
-  LeafRows rows;
+  LeafPlanes planes;
 };
 
 /// A capsule, thick beside the leaf, that is cut by a cap whose disc is as thick; coordinates from
@@ -77,6 +76,25 @@ struct LeafCone {
   std::array<Cap, 2> cap;
 };
 
+/// Where the 4^3 nodes around a point are.
+struct LeafPlace {
+  static constexpr std::ptrdiff_t kStep[3]{25, 5, 1};
+  static constexpr int kRows = 12;
+  /// Those (i, j) that are not on an edge of the cube.
+  static constexpr int kRowOf[kRows][2]{{0, 1}, {0, 2}, {1, 0}, {1, 1}, {1, 2}, {1, 3},
+                                        {2, 0}, {2, 1}, {2, 2}, {2, 3}, {3, 1}, {3, 2}};
+  const float* const* leaves;  ///< from the first node's on; kStep apart along each axis
+  int first[3];                ///< node in the first leaf
+  float fraction[3];           ///< of the way from the second node to the third
+  const float* rows[kRows];    ///< of four nodes; where those end a leaf, its last four
+};
+constexpr std::size_t kPlaces = 16;  ///< at most, in one call
+
+struct LeafRange {
+  float inside, outside;        ///< the values beyond the band
+  double innermost, outermost;  ///< values that count as beyond it
+};
+
 /// Each lowers the values to the least distance over the pieces it is given.
 struct LeafKernels {
   void (*lower_to_thin)(std::span<const LeafCapsule>, float radius, LeafValues& values);
@@ -86,8 +104,11 @@ struct LeafKernels {
   void (*lower_to_cone)(const LeafCone&, double voxel_size, LeafValues& values);
   /// Uncut distances to pieces that end at a plane, all nodes being behind it.
   void (*lower_to_larger)(const LeafValues& uncut, const Affine& beyond, LeafValues& values);
-  /// Copies the values, none beyond +-background, and marks those within it; is there any?
-  bool (*store)(const LeafValues& values, float background, float* leaf, LeafMask& active);
+  /// Copies the values, none beyond +-background; how many are within?
+  int (*store)(const LeafValues& values, float background, float* leaf);
+  /// Per point the trilinear value and the normalised nodal gradient; beyond the band, `inside` or
+  /// `outside` and no gradient.
+  void (*sample)(std::span<const LeafPlace> places, const LeafRange& range, double (*samples)[4]);
 };
 
 const LeafKernels& baseline_leaf_kernels();

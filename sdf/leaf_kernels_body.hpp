@@ -1,55 +1,16 @@
 // Body of the leaf kernels: included by one .cpp per instruction set. Everything here has internal
-// linkage, so that code for wide registers cannot leak into other files.
-#include <immintrin.h>
-
-#include <bit>
+// linkage.
 #include <cmath>
 #include <limits>
 
 #include "sdf/leaf_kernels.hpp"
+#include "sdf/wide.hpp"
 
 namespace vstent::sdf {
 namespace {
 
-typedef float Wide __attribute__((vector_size(32), may_alias));
-
 constexpr Wide kRamp{-3.5f, -2.5f, -1.5f, -0.5f, 0.5f, 1.5f, 2.5f, 3.5f};
 constexpr int kRows = 64;
-
-inline Wide wide(float a) { return Wide{a, a, a, a, a, a, a, a}; }
-
-#ifdef __AVX2__
-inline Wide root(Wide a) { return (Wide)_mm256_sqrt_ps((__m256)a); }
-inline Wide smaller(Wide a, Wide b) { return (Wide)_mm256_min_ps((__m256)a, (__m256)b); }
-inline Wide larger(Wide a, Wide b) { return (Wide)_mm256_max_ps((__m256)a, (__m256)b); }
-inline std::uint64_t below(Wide a, Wide b) {
-  return static_cast<std::uint64_t>(
-      _mm256_movemask_ps(_mm256_cmp_ps((__m256)a, (__m256)b, _CMP_LT_OQ)));
-}
-#else
-struct Halves {
-  __m128 low, high;
-};
-inline Halves halves(Wide a) { return std::bit_cast<Halves>(a); }
-inline Wide root(Wide a) {
-  return std::bit_cast<Wide>(Halves{_mm_sqrt_ps(halves(a).low), _mm_sqrt_ps(halves(a).high)});
-}
-inline Wide smaller(Wide a, Wide b) {
-  return std::bit_cast<Wide>(
-      Halves{_mm_min_ps(halves(a).low, halves(b).low), _mm_min_ps(halves(a).high, halves(b).high)});
-}
-inline Wide larger(Wide a, Wide b) {
-  return std::bit_cast<Wide>(
-      Halves{_mm_max_ps(halves(a).low, halves(b).low), _mm_max_ps(halves(a).high, halves(b).high)});
-}
-inline std::uint64_t below(Wide a, Wide b) {
-  const int low = _mm_movemask_ps(_mm_cmplt_ps(halves(a).low, halves(b).low));
-  const int high = _mm_movemask_ps(_mm_cmplt_ps(halves(a).high, halves(b).high));
-  return static_cast<std::uint64_t>(low | high << 4);
-}
-#endif
-
-inline Wide absolute(Wide a) { return larger(a, -a); }
 
 inline Wide* rows(LeafValues& values) { return reinterpret_cast<Wide*>(values.at.data()); }
 inline const Wide* rows(const LeafValues& values) {
@@ -59,11 +20,11 @@ inline const Wide* rows(const LeafValues& values) {
 /// An affine function row by row: the nodes of a row differ in k.
 class Sweep {
  public:
-  Sweep(const Affine& affine, float middle, float sign)
-      : along_z_(wide(sign * affine.z) * kRamp), middle_(middle), x_(sign * affine.x) {
-    for (int j = 0; j < kLeafSide; ++j) along_y_[j] = sign * affine.y * kRamp[j];
+  Sweep(const Affine& affine, float middle)
+      : along_z_(wide(affine.z) * kRamp), middle_(middle), x_(affine.x) {
+    for (int j = 0; j < kLeafSide; ++j) along_y_[j] = affine.y * kRamp[j];
   }
-  explicit Sweep(const Affine& affine) : Sweep(affine, affine.middle, 1) {}
+  explicit Sweep(const Affine& affine) : Sweep(affine, affine.middle) {}
   void enter(int i) { plane_ = along_z_ + wide(middle_ + x_ * kRamp[i]); }
   Wide row(int j) const { return plane_ + wide(along_y_[j]); }
 
@@ -77,20 +38,25 @@ class Sweep {
 class Overshoot {
  public:
   Overshoot(const Affine& past_b, float before_a)
-      : past_b_(past_b), before_a_(past_b, before_a, -1) {}
-  void enter(int i) { past_b_.enter(i), before_a_.enter(i); }
-  Wide row(int j) const { return larger(larger(past_b_.row(j), before_a_.row(j)), Wide{}); }
+      : past_b_(past_b), minus_before_a_(past_b, -before_a) {}
+  void enter(int i) { past_b_.enter(i), minus_before_a_.enter(i); }
+  Wide row(int j) const {
+    return larger(larger(past_b_.row(j), Wide{} - minus_before_a_.row(j)), Wide{});
+  }
 
  private:
-  Sweep past_b_, before_a_;
+  Sweep past_b_, minus_before_a_;
 };
 
-/// Visits the rows of a piece whose coordinates are swept along.
+/// Visits the rows of the planes [first, end) of a piece whose coordinates are swept along. All
+/// rows of a plane, since a loop of unknown length costs more than the rows that it would leave
+/// out.
 template <class Visit, class... Sweeps>
-inline void for_each_row(const LeafRows& rows, Visit&& visit, Sweeps&... sweeps) {
-  for (int i = rows.first_i; i < rows.end_i; ++i) {
+inline void for_each_row(const LeafPlanes& planes, Visit&& visit, Sweeps&... sweeps) {
+  for (int i = planes.first; i < planes.end; ++i) {
     (sweeps.enter(i), ...);
-    for (int j = rows.first_j; j < rows.end_j; ++j) visit(8 * i + j, sweeps.row(j)...);
+#pragma GCC unroll 1  // the steps along j stay in memory, whence they are broadcast for free
+    for (int j = 0; j < kLeafSide; ++j) visit(8 * i + j, sweeps.row(j)...);
   }
 }
 
@@ -104,7 +70,7 @@ inline void lower_to_capsules(std::span<const LeafCapsule> capsules, const Measu
     Sweep across(capsule.across), aside(capsule.aside);
     Overshoot over(capsule.past_b, capsule.before_a);
     for_each_row(
-        capsule.rows,
+        capsule.planes,
         [&](int row, Wide a, Wide b, Wide c) {
           least[row] = smaller(least[row], measure(a, b, c));
         },
@@ -157,7 +123,7 @@ void lower_to_cut_capsules(std::span<const LeafCutCapsule> capsules, LeafValues&
     Overshoot over(cut.capsule.past_b, cut.capsule.before_a);
     Sweep beyond(cut.beyond), disc_across(cut.across), disc_aside(cut.aside);
     for_each_row(
-        LeafRows{},
+        LeafPlanes{},
         [&](int row, Wide a, Wide b, Wide past, Wide c, Wide z, Wide rim, Wide rim_aside) {
           const Wide excess = side.excess(a, b, c), from_axis = side.from_axis(excess);
           const Wide uncut = side.distance(excess, from_axis);
@@ -180,7 +146,7 @@ void lower_to_struts(std::span<const LeafStrut> struts, LeafValues& values) {
     Sweep sideways(strut.sideways), height(strut.height);
     Overshoot over(strut.past_b, strut.before_a);
     for_each_row(
-        strut.rows,
+        strut.planes,
         [&](int row, Wide lateral, Wide high, Wide beyond) {
           const Wide side = root(lateral * lateral + beyond * beyond) - wide(strut.half_width);
           const Wide face = absolute(high) - wide(strut.half_thickness);
@@ -294,32 +260,22 @@ void lower_to_larger(const LeafValues& uncut, const Affine& beyond, LeafValues& 
   Wide* result = rows(values);
   Sweep plane(beyond);
   for_each_row(
-      LeafRows{},
+      LeafPlanes{},
       [&](int row, Wide z) { result[row] = smaller(result[row], larger(distance[row], z)); },
       plane);
 }
 
-bool store(const LeafValues& values, float background, float* leaf, LeafMask& active) {
+int store(const LeafValues& values, float background, float* leaf) {
   const Wide limit = wide(background);
   const Wide* from = rows(values);
-  std::uint64_t any = 0;
-  for (std::size_t i = 0; i < kLeafSide; ++i) {
-    std::uint64_t word = 0;
-    for (std::size_t j = 0; j < kLeafSide; ++j) {
-      const Wide value = from[8 * i + j];
-      const Wide kept = smaller(larger(value, -limit), limit);
-      __builtin_memcpy(leaf + 64 * i + 8 * j, &kept, sizeof kept);
-      word |= below(absolute(value), limit) << (8 * j);
-    }
-    active[i] = word;
-    any |= word;
+  int active = 0;
+  for (int row = 0; row < kRows; ++row) {
+    const Wide kept = smaller(larger(from[row], -limit), limit);
+    __builtin_memcpy(leaf + 8 * row, &kept, sizeof kept);
+    active += std::popcount(below(absolute(from[row]), limit));
   }
-  return any != 0;
+  return active;
 }
-
-constexpr LeafKernels kTable{
-    lower_to_thin,   lower_to_thick, lower_to_struts, lower_to_cut_capsules, lower_to_cone,
-    lower_to_larger, store};
 
 }  // namespace
 }  // namespace vstent::sdf

@@ -1,5 +1,5 @@
-// A solid voxelised into an OpenVDB narrow-band level set, sampled with gradients. OpenVDB stays
-// behind this header.
+// A solid voxelised into a narrow-band level set, sampled with gradients, that OpenVDB meshes,
+// reads and writes. OpenVDB stays behind this header.
 #pragma once
 
 #include <array>
@@ -18,11 +18,12 @@ struct VoxelOptions {
   double voxel_size = 0;  ///< mm
   double half_width = 3;  ///< narrow band on each side of the surface, in voxels
   std::size_t memory_limit =
-      std::size_t{2} << 30;  ///< bytes; a level set that needs more is refused before it is built
+      std::size_t{2} << 30;  ///< bytes; a level set that needs more is refused before it is built.
+                             ///< surface() and write() copy it into an OpenVDB grid in passing
 };
 
-/// An immutable narrow-band signed distance field. Copies share the grid; any number of threads may
-/// sample it.
+/// An immutable narrow-band signed distance field. Copies share the nodes; any number of threads
+/// may sample it.
 class LevelSet {
  public:
   double voxel_size() const;  ///< mm

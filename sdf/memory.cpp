@@ -9,11 +9,11 @@
 namespace vstent::sdf {
 namespace {
 
-constexpr double kLeafSide = 8, kPageSide = 128;  // nodes; a page holds the pointers to 16^3 leaves
+constexpr double kLeafSide = 8, kPageSide = 128;  // nodes; a page is a node above OpenVDB's leaves
 constexpr double kLeafBytes = 2300;               // values, mask, allocation; candidates in passing
-constexpr double kPageBytes = 66e3;   // OpenVDB's node above the leaves and the sampler's
+constexpr double kPageBytes = 132e3;  // where the leaves are, OpenVDB's and the sampler's
 constexpr double kPieceBytes = 1500;  // prepared, and listed in the blocks it touches
-constexpr double kFixedBytes = 1e6;   // OpenVDB's root and its child
+constexpr double kFixedBytes = 4e6;   // OpenVDB's root and its child, each thread's last slab
 
 /// Cubes of this side (mm) that meet a shell: those whose middle lies within the mean half width of
 /// a cube of it, 0.75 sides for random directions.

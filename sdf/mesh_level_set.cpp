@@ -109,8 +109,7 @@ LevelSet voxelise(const TriangleMesh& closed_surface, const VoxelOptions& option
                                                      static_cast<float>(options.half_width * h),
                                                      static_cast<float>(-inside_width * h));
   grid->setGridClass(openvdb::GRID_LEVEL_SET);
-  return LevelSet(std::make_shared<const LevelSet::Implementation>(
-      grid, static_cast<float>(-inside_width * h)));
+  return level_set_of(grid, static_cast<float>(-inside_width * h));
 }
 
 }  // namespace vstent::sdf

@@ -1,14 +1,15 @@
 #include "sdf/rasteriser.hpp"
 
 #include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "sdf/block_rasteriser.hpp"
-#include "sdf/index_table.hpp"
 
 namespace vstent::sdf {
 namespace {
@@ -36,64 +37,101 @@ bool carries_on(const Segment& from, const Segment& to, bool at_b) {
 
 Rasteriser::Rasteriser(const Solid& solid, double voxel_size, double band)
     : pieces_(solid), voxel_size_(voxel_size), band_(band) {
-  const double side = kBlockSide * voxel_size;
-  const CubeReach reach(kBlockSide, voxel_size);
-  constexpr int kAny = std::numeric_limits<int>::max();
-  IndexTable table;
-  std::vector<std::pair<int, int>> visits;  // block, piece
+  prepare_shapes(solid);
+  bin_to_blocks();
+}
+
+void Rasteriser::prepare_shapes(const Solid& solid) {
+  const CubeReach leaf(kLeafSide, voxel_size_);
+  const auto slopes = [h = voxel_size_](const Vec3& direction) {
+    const Eigen::Vector3f s = (h * direction).cast<float>();
+    return Affine{.x = s.x(), .y = s.y(), .z = s.z()};
+  };
   shapes_.reserve(static_cast<std::size_t>(pieces_.size()));
   for (int piece = 0; piece < pieces_.size(); ++piece) {
     const auto [a, b] = pieces_.ends(piece);
-    const Vec3 axis = pieces_.axis(piece);
-    const bool is_plain =
-        pieces_.is_convex(piece) && !pieces_.is_strut(piece) && pieces_.segment(piece).sine == 0;
+    const Vec3& axis = pieces_.axis(piece);
+    const Vec3 sideways = sideways_of(pieces_, piece, axis);
+    const Vec3 along = axis.isZero() ? Vec3(sideways.unitOrthogonal()) : axis;
+    const double margin = pieces_.outer_radius(piece) + band_ * (1 + 1e-9) + leaf.half;
+    const auto [least_x, largest_x] = std::minmax(a.x(), b.x());
     shapes_.push_back({.a = a,
                        .b = b,
                        .axis = axis,
-                       .sideways = sideways_of(pieces_, piece, axis),
+                       .along = along,
+                       .sideways = sideways,
+                       .aside = along.cross(sideways),
                        .length = (b - a).norm(),
                        .outer_radius = pieces_.outer_radius(piece),
-                       .is_plain = is_plain});
-    visit_cells(a, b, pieces_.outer_radius(piece) + band, side, {-kAny, -kAny, -kAny},
-                {kAny, kAny, kAny}, [&](const Index3& cell) {
-                  const Vec3 middle =
-                      side * Vec3(cell[0], cell[1], cell[2]) + Vec3::Constant(reach.half);
-                  const Sample sample = pieces_.uncut_distance(piece, middle);
-                  if (reach.least(sample) > band * (1 + 1e-9)) return;
-                  const int block = table.find_or_add(cell);
-                  visits.emplace_back(block, piece);
-                });
+                       .reach = leaf.half * axis.cwiseAbs().sum(),
+                       .first_plane = (least_x - margin) / voxel_size_ + 7,  // rounded outwards
+                       .end_plane = (largest_x + margin) / voxel_size_ + 1,
+                       .thin = {.across = slopes(sideways),
+                                .aside = slopes(along.cross(sideways)),
+                                .past_b = slopes(along),
+                                .planes = {}},
+                       .is_plain = pieces_.is_convex(piece) && !pieces_.is_strut(piece) &&
+                                   pieces_.segment(piece).sine == 0});
   }
   const auto& segments = solid.segments;
   for (std::size_t i = 1; solid.joints == Joints::round && i < segments.size(); ++i) {
     shapes_[i - 1].continues = carries_on(segments[i - 1], segments[i], true);
     shapes_[i].continued = carries_on(segments[i], segments[i - 1], false);
   }
-  blocks_.resize(table.size());
-  first_node_.fill(kAny);
-  for (std::size_t i = 0; i < blocks_.size(); ++i) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      blocks_[i].origin[axis] = kBlockSide * table.index(i)[axis];
-      first_node_[axis] = std::min(first_node_[axis], blocks_[i].origin[axis]);
-    }
-  }
-  for (const auto& [block, piece] : visits) ++blocks_[static_cast<std::size_t>(block)].end;
-  int begin = 0;
-  for (Block& block : blocks_) {
-    const int count = block.end;
-    block.begin = block.end = begin;
-    begin += count;
-  }
-  candidates_.resize(visits.size());
-  for (const auto& [block, piece] : visits)
-    candidates_[static_cast<std::size_t>(blocks_[static_cast<std::size_t>(block)].end++)] = piece;
 }
 
-void Rasteriser::run(const std::function<LeafSink(std::size_t)>& sink_of) const {
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks_.size()), [&](const auto& range) {
-    BlockRasteriser rasterise(*this);
-    for (std::size_t i = range.begin(); i != range.end(); ++i) rasterise(blocks_[i], sink_of(i));
+void Rasteriser::bin_to_blocks() {
+  const double side = kBlockSide * voxel_size_;
+  const CubeReach reach(kBlockSide, voxel_size_);
+  constexpr int kAny = std::numeric_limits<int>::max();
+  struct Visit {
+    Index3 block;
+    int piece;
+  };
+  const auto visit_blocks = [&](int piece, std::vector<Visit>& visits) {
+    const Shape& shape = shapes_[static_cast<std::size_t>(piece)];
+    visit_cells(shape.a, shape.b, shape.outer_radius + band_, side, {-kAny, -kAny, -kAny},
+                {kAny, kAny, kAny}, [&](const Index3& block) {
+                  const Vec3 middle =
+                      side * Vec3(block[0], block[1], block[2]) + Vec3::Constant(reach.half);
+                  const Sample sample = pieces_.uncut_distance(piece, middle);
+                  if (reach.least(sample) <= band_ * (1 + 1e-9)) visits.push_back({block, piece});
+                });
+  };
+  constexpr int kAtOnce = 256;
+  std::vector<std::vector<Visit>> parts(
+      static_cast<std::size_t>((pieces_.size() + kAtOnce - 1) / kAtOnce));
+  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
+    const int begin = kAtOnce * static_cast<int>(part);
+    for (int piece = begin; piece < std::min(begin + kAtOnce, pieces_.size()); ++piece)
+      visit_blocks(piece, parts[part]);
   });
+
+  std::vector<std::pair<int, int>> visits;  // number of the block, piece
+  for (const auto& part : parts) {
+    for (const Visit& visit : part)
+      visits.emplace_back(blocks_.find_or_add(visit.block), visit.piece);
+  }
+  first_candidate_.assign(blocks_.size() + 1, 0);
+  for (const auto& [block, piece] : visits) ++first_candidate_[static_cast<std::size_t>(block) + 1];
+  std::partial_sum(first_candidate_.begin(), first_candidate_.end(), first_candidate_.begin());
+  std::vector<int> end(first_candidate_.begin(), first_candidate_.end() - 1);
+  candidates_.resize(visits.size());
+  for (const auto& [block, piece] : visits)
+    candidates_[static_cast<std::size_t>(end[static_cast<std::size_t>(block)]++)] = piece;
+}
+
+std::size_t Rasteriser::run(LeafDirectory& leaves, LeafStore& store) const {
+  tbb::enumerable_thread_specific<BlockRasteriser> of_thread(
+      [&] { return BlockRasteriser(*this, leaves, store); });
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size()), [&](const auto& range) {
+    BlockRasteriser& rasterise = of_thread.local();
+    for (std::size_t block = range.begin(); block != range.end(); ++block) rasterise(block);
+  });
+  leaves.complete();
+  std::size_t active = 0;
+  for (const BlockRasteriser& rasteriser : of_thread) active += rasteriser.active_voxels();
+  return active;
 }
 
 }  // namespace vstent::sdf

@@ -102,6 +102,50 @@ TEST(Command, AKilledRunLeavesTheOutputFolderAsItWas) {
   }
 }
 
+TEST(Command, ComparesDesignsInOneVessel) {
+  const TemporaryFolder folder;
+  vessels::IdealisedVessel vessel;
+  vessel.radius = 1.5;
+  vessel.length = 8;
+  vessel.stenosis = 0;
+  vessel.edge_length = 0.3;
+  const vessels::Surface surface =
+      vessels::make_surface(vessels::idealised_vessel(vessel), "ideal");
+  vessels::write_surface(surface, surface.mesh.points,
+                         std::vector<char>(surface.mesh.points.size(), 0), folder / "vessel.vtp");
+  write_text(folder / "case.json", R"({"vessel": {"surface": "vessel.vtp", "units": "mm"},
+    "stent": {"at": [0, 0, 4], "length": "2.5mm", "diameter": "3.2mm", "cell": "closed"}})");
+  // Fewer crowns reach less far.
+  write_text(folder / "too_small.json",
+             R"({"preset": "xience_s", "crowns": 4, "nominal_diameter": "2.5mm",
+    "connectors": {"count": 2}})");
+  const Result result = vstent(
+      folder, "compare case.json --designs smooth,xience_s,too_small.json --no-pictures -o out");
+  const auto table = nlohmann::json::parse(read_text(folder / "out/compare.json"));
+  ASSERT_EQ(table["designs"].size(), 3u);
+  const std::string csv = read_text(folder / "out/compare.csv");
+  EXPECT_EQ(csv.find("measure,unit,key,smooth,xience_s,too_small\n"), 0u);
+  EXPECT_TRUE(table["designs"][2].contains("refused"));
+  EXPECT_NE(result.exit_code, 0);
+  EXPECT_NE(result.err.find("not deployed: too_small"), std::string::npos) << result.err;
+  EXPECT_FALSE(fs::exists(folder / "out/too_small"));
+  for (const auto& row : table["designs"]) {
+    if (row.contains("refused")) continue;
+    const std::string name = row["folder"];
+    const auto own = nlohmann::json::parse(read_text(folder / "out" / name / "metrics.json"));
+    EXPECT_EQ(row["metrics"]["/lumen/narrowest_after_mm"], own["lumen"]["narrowest_after_mm"]);
+  }
+  EXPECT_FALSE(table["designs"][0].contains("refused"));
+  EXPECT_FALSE(table["designs"][1].contains("refused"));
+  EXPECT_NE(result.out.find("largest prolapse"), std::string::npos);
+
+  const Result unknown =
+      vstent(folder, "compare case.json --designs smooth,nosuch --no-pictures -o other");
+  EXPECT_NE(unknown.exit_code, 0);
+  EXPECT_NE(unknown.err.find("nosuch"), std::string::npos);
+  EXPECT_FALSE(fs::exists(folder / "other"));
+}
+
 TEST(Command, RefusesWithOneLineAndWritesNothing) {
   const TemporaryFolder folder;
   const fs::path surface = ideal_vessel(folder);

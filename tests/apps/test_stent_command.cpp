@@ -102,6 +102,51 @@ TEST(StentCommand, FollowsACenterline) {
   }
 }
 
+TEST(StentCommand, DrawsASurfaceAtAnotherDiameterOnACenterline) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(vstent(folder, "stent palmaz_l --diameter 10mm --length 8mm --voxel 0.1mm -o s.stl")
+                .exit_code,
+            0);
+  vessels::Centerline centerline;
+  centerline.branches.push_back({});
+  for (int i = 0; i <= 200; ++i) {
+    const double angle = 0.01 * i;  // a bend of 20 mm
+    centerline.branches[0].points.emplace_back(20 * std::cos(angle), 20 * std::sin(angle), 0);
+    centerline.branches[0].radii.push_back(5);
+  }
+  vessels::write_centerline(centerline, vessels::LengthUnit::cm, folder / "cl.vtp");
+  const Result result = vstent(
+      folder, "stent s.stl --diameter 11mm --centerline cl.vtp --units cm --at 0:20mm -o t.vtp");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.err.find("without a mechanism"), std::string::npos) << result.err;
+  const vessels::Surface before = vessels::read_surface(folder / "s.stl", vessels::LengthUnit::mm);
+  const vessels::Surface after = vessels::read_surface(folder / "t.vtp", vessels::LengthUnit::cm);
+  EXPECT_EQ(before.mesh.triangles.size(), after.mesh.triangles.size());
+  double innermost = 1e9, outermost = 0;
+  for (const Vec3& p : after.mesh.points) {
+    const double off = std::hypot(p.head<2>().norm() - 20, p.z());
+    innermost = std::min(innermost, off);
+    outermost = std::max(outermost, off);
+  }
+  // The axis is smoothed over 4 mm, which moves a bend of 20 mm by less than this.
+  EXPECT_NEAR(outermost, 5.5, 0.02);
+  // As thick as it was, 0.14 mm, to within the voxels that it was drawn with.
+  EXPECT_NEAR(outermost - innermost, 0.14, 0.1);
+  const Result voxels = vstent(folder, "stent s.stl --diameter 9mm --voxel 0.1mm -o t.vdb");
+  EXPECT_EQ(voxels.exit_code, 0) << voxels.err;
+  for (const auto& [arguments, reason] : {std::pair("--length 9mm -o n.stl", "--length"),
+                                          {"--bending rigid -o n.stl", "--bending"},
+                                          {"--voxel 0.1mm -o n.stl", "--voxel"}}) {
+    const std::string centre =
+        std::string("stent s.stl --diameter 9mm ") +
+        (std::string(arguments).starts_with("--bending") ? "--centerline cl.vtp --units cm " : "");
+    const Result refused = vstent(folder, centre + arguments);
+    EXPECT_EQ(refused.exit_code, 2) << refused.err;
+    EXPECT_NE(refused.err.find(reason), std::string::npos) << refused.err;
+    EXPECT_FALSE(fs::exists(folder / "n.stl"));
+  }
+}
+
 TEST(StentCommand, RefusesWithTheReasonAndLeavesNothing) {
   const TemporaryFolder folder;
   const auto refused = [&](const std::string& arguments, int code, const std::string& reason) {

@@ -52,6 +52,7 @@ TEST(Definitions, AreUniqueAndWhole) {
                                        {"_percent", "%"},
                                        {"_deg", "deg"},
                                        {"_per_mm", "1/mm"}}) {
+      if (d.key.ends_with("_over_90_deg")) continue;  // a number of triangles
       if (d.key.ends_with(suffix) && !(suffix == "_mm" && d.key.ends_with("_per_mm"))) {
         EXPECT_EQ(d.unit, unit) << d.key;
       }

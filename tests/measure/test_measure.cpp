@@ -1,6 +1,7 @@
 // Whole measurements: nothing moved, other triangles, and what cannot be compared.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
 #include "measure/report_files.hpp"
@@ -94,6 +95,44 @@ TEST(Measure, SeesInvertedTrianglesCrossingsAndStrays) {
   EXPECT_EQ(m.moved_vertices, 1u);
   EXPECT_EQ(m.changed_outside_patch, 1u);
   EXPECT_NEAR(m.largest_displacement, 2.3 * 5, 1e-9);
+}
+
+// A vertex drawn across an edge of its fan turns over exactly the triangles whose signed area
+// becomes negative, seen along the sheet's normal; turning the whole sheet turns over none.
+TEST(MeshCertificate, TrianglesAreInvertedAmongTheirNeighboursOnly) {
+  TriangleMesh sheet;
+  constexpr int kSide = 9;
+  const auto vertex = [](int i, int j) { return j * kSide + i; };
+  for (int j = 0; j < kSide; ++j)
+    for (int i = 0; i < kSide; ++i) sheet.points.emplace_back(i, j, 0);
+  for (int j = 0; j + 1 < kSide; ++j) {
+    for (int i = 0; i + 1 < kSide; ++i) {
+      sheet.triangles.push_back({vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1)});
+      sheet.triangles.push_back({vertex(i, j), vertex(i + 1, j + 1), vertex(i, j + 1)});
+    }
+  }
+
+  TriangleMesh folded = sheet;
+  const auto moved = static_cast<std::size_t>(vertex(4, 4));
+  folded.points[moved] += Vec3(1.2, 0.3, 0);
+  std::size_t negative = 0;
+  for (const Triangle& t : folded.triangles) {
+    const auto p = [&](int k) {
+      return folded.points[static_cast<std::size_t>(t[static_cast<std::size_t>(k)])];
+    };
+    negative += (p(1) - p(0)).cross(p(2) - p(0)).z() < 0;
+  }
+  ASSERT_GT(negative, 0u);
+  const Eigen::AngleAxisd turn(2.0, Vec3(1, 2, 0.5).normalized());
+  for (Vec3& p : folded.points) p = turn * p;
+  const MeshMetrics m = certify(sheet, folded, {});
+  EXPECT_EQ(m.inverted_triangles, negative);
+
+  TriangleMesh turned = sheet;
+  for (Vec3& p : turned.points) p = turn * p;
+  const MeshMetrics rigid = certify(sheet, turned, {});
+  EXPECT_EQ(rigid.inverted_triangles, 0u);
+  EXPECT_EQ(rigid.turned_triangles, sheet.triangles.size());
 }
 
 std::string refusal(const Comparison& comparison) {

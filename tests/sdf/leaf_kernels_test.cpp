@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <limits>
 
@@ -25,17 +26,15 @@ class LeafKernelsOf : public testing::Test {
     return {number(-0.5, 0.5), static_cast<float>(slope.x()), static_cast<float>(slope.y()),
             static_cast<float>(slope.z())};
   }
-  LeafRows some_rows() {
-    const auto end = [&] { return 5 + static_cast<int>(random_(0, 4)); };
-    const auto first = [&] { return static_cast<int>(random_(0, 4)); };
-    return {first(), end(), first(), end()};
+  LeafPlanes some_planes() {
+    return {static_cast<int>(random_(0, 4)), 5 + static_cast<int>(random_(0, 4))};
   }
-  LeafCapsule capsule(const LeafRows& rows) {
+  LeafCapsule capsule(const LeafPlanes& planes) {
     return {.across = affine(),
             .aside = affine(),
             .past_b = affine(),
             .before_a = number(-0.5, 0.1),
-            .rows = rows};
+            .planes = planes};
   }
   LeafVector vector(double scale) {
     const Vec3 v = scale * random_.direction();
@@ -52,16 +51,13 @@ class LeafKernelsOf : public testing::Test {
     lower(baseline_leaf_kernels(), narrow);
     EXPECT_EQ(std::memcmp(&wide, &narrow, sizeof wide), 0);
     LeafValues stored, stored_narrow;
-    LeafMask active, active_narrow;
-    const bool any = avx2_leaf_kernels()->store(wide, 0.15f, stored.at.data(), active);
-    EXPECT_EQ(any,
-              baseline_leaf_kernels().store(narrow, 0.15f, stored_narrow.at.data(), active_narrow));
+    const int active = avx2_leaf_kernels()->store(wide, 0.15f, stored.at.data());
+    EXPECT_EQ(active, baseline_leaf_kernels().store(narrow, 0.15f, stored_narrow.at.data()));
     EXPECT_EQ(std::memcmp(&stored, &stored_narrow, sizeof stored), 0);
-    EXPECT_EQ(active, active_narrow);
-    for (std::size_t n = 0; n < kLeafNodes; ++n) {
-      ASSERT_EQ(active[n / 64] >> n % 64 & 1, std::abs(narrow.at[n]) < 0.15f);
+    EXPECT_EQ(active, std::count_if(narrow.at.begin(), narrow.at.end(),
+                                    [](float value) { return std::abs(value) < 0.15f; }));
+    for (std::size_t n = 0; n < kLeafNodes; ++n)
       ASSERT_EQ(stored.at[n], std::clamp(narrow.at[n], -0.15f, 0.15f));
-    }
   }
 
   tests::Random random_{71};
@@ -69,7 +65,8 @@ class LeafKernelsOf : public testing::Test {
 
 TEST_F(LeafKernelsOf, BothInstructionSetsGiveTheSameBits) {
   for (int round = 0; round < 50; ++round) {
-    const std::vector<LeafCapsule> thin{capsule(some_rows()), capsule({}), capsule(some_rows())};
+    const std::vector<LeafCapsule> thin{capsule(some_planes()), capsule({}),
+                                        capsule(some_planes())};
     const std::vector<LeafCapsule> thick{capsule({}), capsule({})};
     const LeafStrut strut{.sideways = affine(),
                           .height = affine(),
@@ -78,7 +75,7 @@ TEST_F(LeafKernelsOf, BothInstructionSetsGiveTheSameBits) {
                           .half_width = number(0, 0.2),
                           .half_thickness = number(0, 0.2),
                           .edge_radius = number(0, 0.1),
-                          .rows = some_rows()};
+                          .planes = some_planes()};
     const LeafCutCapsule cut{.capsule = capsule({}),
                              .radius = number(1, 3),
                              .length = number(0.1, 1),
@@ -110,6 +107,42 @@ TEST_F(LeafKernelsOf, BothInstructionSetsGiveTheSameBits) {
       expect_same_bits([&](const auto& k, auto& v) { k.lower_to_cone(cone, kStep, v); });
     }
   }
+}
+
+TEST_F(LeafKernelsOf, BothInstructionSetsSampleTheSameBits) {
+  // Eight leaves around a corner, some values of which lie beyond the band.
+  std::array<LeafValues, 8> leaves;
+  std::array<const float*, 32> pointers{};
+  int beyond = 0, within = 0;
+  for (int round = 0; round < 400; ++round) {
+    const float largest = round % 2 == 0 ? 0.99f : 1.01f;
+    for (std::size_t n = 0; n < 8; ++n) {
+      for (float& value : leaves[n].at) value = std::clamp(number(-largest, largest), -1.0f, 1.0f);
+      pointers[25 * (n >> 2) + 5 * (n >> 1 & 1) + (n & 1)] = leaves[n].at.data();
+    }
+    std::array<LeafPlace, kPlaces> places;
+    for (LeafPlace& place : places) {
+      place.leaves = pointers.data();
+      for (int axis = 0; axis < 3; ++axis) {
+        place.first[axis] = static_cast<int>(random_(0, 8));
+        place.fraction[axis] = number(0, 1);
+      }
+      for (int row = 0; row < LeafPlace::kRows; ++row) {
+        const int i = place.first[0] + LeafPlace::kRowOf[row][0];
+        const int j = place.first[1] + LeafPlace::kRowOf[row][1];
+        place.rows[row] = pointers[static_cast<std::size_t>(25 * (i >> 3) + 5 * (j >> 3))] +
+                          64 * (i & 7) + 8 * (j & 7) + std::min(place.first[2], 4);
+      }
+    }
+    const LeafRange range{.inside = -1, .outside = 1, .innermost = -0.9, .outermost = 0.9};
+    double wide[kPlaces][4], narrow[kPlaces][4];
+    avx2_leaf_kernels()->sample(places, range, wide);
+    baseline_leaf_kernels().sample(places, range, narrow);
+    ASSERT_EQ(std::memcmp(wide, narrow, sizeof wide), 0);
+    for (const auto& [value, x, y, z] : wide) (Vec3(x, y, z).isZero() ? beyond : within) += 1;
+  }
+  EXPECT_GT(beyond, 100);
+  EXPECT_GT(within, 100);
 }
 
 }  // namespace
