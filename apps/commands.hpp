@@ -11,6 +11,7 @@ void add_check(CLI::App& app);
 void add_centerline(CLI::App& app);
 void add_designs(CLI::App& app);
 void add_stent(CLI::App& app);
+void add_measure(CLI::App& app);
 void add_demo(CLI::App& app);
 void add_report(CLI::App& app);
 void add_render(CLI::App& app);

@@ -51,7 +51,7 @@ constexpr Row kRows[] = {
     {"struts over openings", "%", "/struts/percent_over_openings"},
     {"mean prolapse", "mm", "/struts/mean_prolapse_mm"},
     {"largest prolapse", "mm", "/struts/largest_prolapse_mm"},
-    {"deepest penetration", "mm", "/shape/deepest_penetration_mm"},
+    {"deepest penetration", "mm", "/apposition/deepest_penetration_mm"},
     {"contact force", "N", "/simulation/contact_force_N"},
 };
 

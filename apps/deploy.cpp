@@ -151,8 +151,7 @@ void add_deploy(CLI::App& app) {
       "  vstent deploy coronary.stl --units mm --at lesion --design element --diameter 3mm -o OUT\n"
       "  vstent deploy OUT/case.json -o AGAIN        the same bytes again\n"
       "OUT holds stented.vtp, stent.vtp, stent.vdb, struts.vtp (with --design), centerline.vtp, "
-      "case.json, metrics.json, "
-      "history.csv, stages.png, report.html.");
+      "case.json, metrics.json, profiles.csv, sections.vtp, history.csv, stages.png, report.html.");
   command->callback([a] { run(*a); });
 }
 

@@ -29,6 +29,7 @@ int run(int argc, char** argv) {
       "  vstent designs\n"
       "  vstent stent xience_s --diameter 3mm -o stent.stl\n"
       "  vstent report OUT\n"
+      "  vstent measure wall.stl OUT/stented.vtp --units mm --stent OUT/stent.vdb -o metrics.json\n"
       "  vstent demo -o demo\n"
       "`vstent SUBCOMMAND --help` says more.");
   vstent::apps::add_deploy(app);
@@ -40,6 +41,7 @@ int run(int argc, char** argv) {
   vstent::apps::add_report(app);
   vstent::apps::add_render(app);
   vstent::apps::add_view(app);
+  vstent::apps::add_measure(app);
   vstent::apps::add_demo(app);
   try {
     app.parse(argc, argv);

@@ -36,8 +36,7 @@ void print_summary(const deployment::Setup& setup, const deployment::Outcome& ou
                          m.narrowest_before, m.narrowest_after, *setup.specification.diameter);
   if (m.stenosis_before) {
     std::cout << formatted("stenosis          %.0f -> %.0f %% of a reference lumen of %.2f mm\n",
-                           *m.stenosis_before, *m.stenosis_after,
-                           setup.placement.reference_diameter);
+                           *m.stenosis_before, *m.stenosis_after, m.reference_diameter);
   }
   std::cout << formatted("bend of the stent %.1f -> %.1f deg\n", m.bend_before, m.bend_after);
   std::cout << formatted(

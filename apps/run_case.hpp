@@ -5,7 +5,6 @@
 #include <string>
 
 #include "deployment/deploy.hpp"
-#include "deployment/measure.hpp"
 
 namespace vstent::apps {
 

@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "deployment/surface_metrics.hpp"
-#include "sdf/polyline.hpp"
+#include "measure/report_files.hpp"
 #include "stents/cover.hpp"
 #include "stents/pattern_metrics.hpp"
 #include "vessels/error.hpp"
@@ -61,16 +61,6 @@ std::string step_name(const std::string& what, int step) {
   return what + "_" + digits + ".vtp";
 }
 
-vessels::Fields displacement_field(const std::vector<Vec3>& before,
-                                   const std::vector<Vec3>& after) {
-  std::vector<double> displacement;
-  displacement.reserve(3 * before.size());
-  for (std::size_t v = 0; v < before.size(); ++v) {
-    for (int k = 0; k < 3; ++k) displacement.push_back(after[v][k] - before[v][k]);
-  }
-  return {{"Displacement", std::move(displacement)}};
-}
-
 /// The result on the vertices it is handed on with: those of the simulation, or the input's own.
 struct Handover {
   const vessels::Surface& surface;
@@ -88,19 +78,26 @@ Handover handover(const Setup& setup, const Outcome& outcome) {
           {outcome.moved.begin(), outcome.moved.begin() + count}};
 }
 
-Comparison comparison_for(const Setup& setup, const Outcome& outcome, const Handover& result) {
-  Comparison comparison;
-  comparison.axis_before = setup.placement.axis;
-  comparison.axis_after = outcome.axis;
+measure::Comparison comparison_for(const Setup& setup, const Outcome& outcome,
+                                   const Handover& result, const vessels::Surface& written,
+                                   const measure::StentBody& stent) {
+  measure::Comparison comparison{result.surface, written, setup.centerline, &stent};
+  comparison.way = setup.placement.way;
+  comparison.stent_axis_before = setup.placement.axis;
+  comparison.stent_axis_after = outcome.axis;
   for (const double r : outcome.radii) comparison.target.push_back(2 * r);
-  comparison.reference_diameter = setup.placement.reference_diameter;
-  comparison.stent = outcome.stent;
   comparison.movable = result.moved;
+  return comparison;
+}
+
+/// 1 for the triangles that may have moved.
+std::vector<char> patch_triangles(const Handover& result) {
+  std::vector<char> marks;
   for (const Triangle& t : result.surface.mesh.triangles) {
-    comparison.patch_triangles.push_back(std::any_of(
+    marks.push_back(std::any_of(
         t.begin(), t.end(), [&](int v) { return result.moved[static_cast<std::size_t>(v)] != 0; }));
   }
-  return comparison;
+  return marks;
 }
 
 void write_strut_lines(const Setup& setup, const stents::PlacedStent& struts,
@@ -203,15 +200,16 @@ void StepSaver::write_list() const {
 Metrics write_results(const Setup& setup, const Outcome& outcome, const fs::path& stage) {
   const Handover result = handover(setup, outcome);
   const vessels::Surface& surface = result.surface;
-  vessels::write_surface(surface, result.positions, result.moved, stage / "stented.vtp",
-                         displacement_field(surface.mesh.points, result.positions));
   const sdf::LevelSet level_set = stent_level_set(setup, outcome.stent);
   try {
     level_set.write(stage / "stent.vdb", "stent");
   } catch (const std::runtime_error& error) {
     throw Error(ExitCode::output, std::string("stent.vdb: ") + error.what());
   }
-  write_mesh(setup, surface_of(outcome.stent, level_set), stage / "stent.vtp");
+  const measure::StentBody stent(level_set);
+  const bool is_surface = std::holds_alternative<TriangleMesh>(outcome.stent);
+  write_mesh(setup, is_surface ? std::get<TriangleMesh>(outcome.stent) : stent.surface(),
+             stage / "stent.vtp");
   if (setup.design && stents::covered(setup.design_specification.cover))
     write_cover(setup, outcome, stage / "cover.vtp");
   if (outcome.struts) write_strut_lines(setup, *outcome.struts, stage / "struts.vtp");
@@ -219,20 +217,30 @@ Metrics write_results(const Setup& setup, const Outcome& outcome, const fs::path
   vessels::write_whole(stage / "case.json", to_json(setup.specification).dump(2) + "\n");
   vessels::write_whole(stage / "history.csv", history_csv(outcome.history));
 
-  const vessels::Surface written = vessels::read_surface(stage / "stented.vtp", surface.unit);
-  const Comparison comparison = comparison_for(setup, outcome, result);
-  Metrics metrics = measure(surface, written, comparison);
+  // What is measured is what was written: first without the fields, which follow from it.
+  const fs::path stented = stage / "stented.vtp";
+  vessels::write_surface(surface, result.positions, result.moved, stented);
+  const vessels::Surface written = vessels::read_surface(stented, surface.unit);
+  measure::Measurement measurement =
+      measure::measure(comparison_for(setup, outcome, result, written, stent));
+  vessels::write_surface(surface, result.positions, result.moved, stented,
+                         measurement.vertex_fields, measurement.triangle_fields);
+  Metrics& metrics = measurement.metrics;
   if (outcome.struts) {
     metrics.struts =
-        measure_struts(written.mesh, comparison.patch_triangles, *outcome.struts,
-                       std::get<sdf::Solid>(outcome.stent), {outcome.axis, outcome.radii});
+        measure::measure_struts(written.mesh, patch_triangles(result), *outcome.struts,
+                                std::get<sdf::Solid>(outcome.stent), {outcome.axis, outcome.radii});
+    const double crimped = setup.design->expanded(setup.design->limits().crimped_diameter).length;
+    metrics.stent.foreshortening = 100 * (1 - setup.placement.arc.back() / crimped);
+    metrics.stent.recoil = 100 * setup.design_specification.recoil;
   }
   if (outcome.surface) {
-    metrics.struts =
-        measure_surface(written.mesh, comparison.patch_triangles, *setup.surface_design,
-                        *outcome.surface, {outcome.axis, outcome.radii});
+    metrics.struts = measure_surface(written.mesh, patch_triangles(result), *setup.surface_design,
+                                     *outcome.surface, {outcome.axis, outcome.radii});
   }
-  nlohmann::ordered_json json = to_json(metrics);
+  vessels::write_whole(stage / "profiles.csv", measure::profiles_csv(metrics));
+  measure::write_sections(metrics, surface.unit, stage / "sections.vtp");
+  nlohmann::ordered_json json = measure::to_json(metrics);
   if (setup.design) json["design"] = design_json(setup, outcome);
   if (setup.surface_design) json["design"] = surface_design_json(setup);
   json["simulation"] = {
@@ -240,7 +248,6 @@ Metrics write_results(const Setup& setup, const Outcome& outcome, const fs::path
       {"steps", outcome.history.empty() ? 0 : outcome.history.back().step},
       {"relative_residual", outcome.history.empty() ? 0 : outcome.history.back().residual},
       {"contact_force_N", outcome.contact_force}};
-  json["reference_diameter_mm"] = setup.placement.reference_diameter;
   json["warnings"] = setup.warnings;
   vessels::write_whole(stage / "metrics.json", json.dump(2) + "\n");
   return metrics;

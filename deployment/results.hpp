@@ -4,9 +4,12 @@
 #include <filesystem>
 
 #include "deployment/deploy.hpp"
-#include "deployment/measure.hpp"
+#include "measure/measure.hpp"
 
 namespace vstent::deployment {
+
+using measure::Metrics;
+using measure::StrutMetrics;
 
 /// Saves the surface and the stent of chosen steps while the simulation runs, and lists them for
 /// ParaView in steps.pvd.
@@ -23,9 +26,9 @@ class StepSaver {
   std::vector<int> steps_;
 };
 
-/// Writes stented.vtp, stent.vtp, stent.vdb, centerline.vtp, case.json, history.csv and
-/// metrics.json into `stage`. The metrics are measured on stented.vtp as read back. Surfaces and
-/// lines are in the unit of the input, stent.vdb in mm. \throws Error (output)
+/// Writes stented.vtp, stent.vtp, stent.vdb, centerline.vtp, case.json, history.csv, metrics.json,
+/// profiles.csv and sections.vtp into `stage`. The metrics are measured on stented.vtp as read
+/// back. Surfaces and lines are in the unit of the input, stent.vdb in mm. \throws Error (output)
 Metrics write_results(const Setup& setup, const Outcome& outcome,
                       const std::filesystem::path& stage);
 

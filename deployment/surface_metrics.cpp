@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "deployment/moved_wall.hpp"
+#include "measure/moved_wall.hpp"
 #include "sdf/signed_mesh_distance.hpp"
 
 namespace vstent::deployment {
@@ -55,12 +55,12 @@ StrutMetrics measure_surface(const TriangleMesh& wall_mesh, std::span<const char
                              const SurfaceDesign& design, const stents::SurfaceMap& map,
                              const StentEnvelope& envelope) {
   StrutMetrics metrics;
-  const MovedWall wall(wall_mesh, wall_triangles);
+  const measure::MovedWall wall(wall_mesh, wall_triangles);
   const double radius = map.largest_radius();
   const double half = 0.5 * design.thickness;
 
   const std::vector<Piece> pieces = outer_surface(design, map);
-  GapSums gaps;
+  measure::GapSums gaps;
   std::vector<double> gap(pieces.size());
   tbb::parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t i) {
     const Vec3 from = pieces[i].point - half * pieces[i].outward;
@@ -74,8 +74,8 @@ StrutMetrics measure_surface(const TriangleMesh& wall_mesh, std::span<const char
 
   const double strut = std::min(design.width, design.thickness);
   const std::vector<Vec3> samples = wall.sampled(0.25 * strut);
-  const std::vector<double> depth = depths(samples, envelope.axis, envelope.radii);
-  const std::vector<Vec3> near = put_prolapse(samples, depth, 2 * strut, metrics);
+  const std::vector<double> depth = measure::depths(samples, envelope.axis, envelope.radii);
+  const std::vector<Vec3> near = measure::put_prolapse(samples, depth, 2 * strut, metrics);
   std::vector<double> distance(near.size());
   sdf::SignedMeshDistance(map.placed(design.surface.mesh)).distances(near, distance);
   for (const double d : distance)

@@ -1,11 +1,14 @@
 // How a stent's surface lies in the vessel: what strut_metrics.hpp is for struts.
 #pragma once
 
-#include "deployment/strut_metrics.hpp"
 #include "deployment/surface_design.hpp"
+#include "measure/strut_metrics.hpp"
 #include "stents/surface_map.hpp"
 
 namespace vstent::deployment {
+
+using measure::StentEnvelope;
+using measure::StrutMetrics;
 
 /// Shares are of the area of the outer surface, `outer_area`; gaps are looked for from half the
 /// metal's thickness below it. Depths of the wall in the metal are exact distances to the surface

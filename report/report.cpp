@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "report/definitions.hpp"
+#include "measure/definitions.hpp"
 #include "report/pack.hpp"
 #include "report/page.hpp"
 #include "report/result_files.hpp"
@@ -158,7 +158,7 @@ std::vector<std::size_t> fitting(const std::vector<std::string>& blocks, double 
 
 ordered_json definitions_json() {
   ordered_json list = ordered_json::array();
-  for (const Definition& d : definitions()) {
+  for (const measure::Definition& d : measure::definitions()) {
     list.push_back({{"key", d.key},
                     {"label", d.label},
                     {"unit", d.unit},

@@ -15,6 +15,7 @@ using PlanePoint = Eigen::Vector2d;
 struct EdgeCut {
   std::uint64_t edge;
   Vec3 point;
+  EdgeCrossing crossing;
 };
 
 std::uint64_t edge_key(int a, int b) {
@@ -53,21 +54,25 @@ PlanePoint area_centroid(const std::vector<PlanePoint>& outline, double area) {
   return sum / (6 * area);
 }
 
-/// Distance from `from` to the farthest crossing of the outline along `direction`.
-double ray_reach(const std::vector<PlanePoint>& outline, const PlanePoint& from,
-                 const PlanePoint& direction) {
-  double reach = 0;
+/// Between the farthest crossings of the outline on both sides of `from` along `direction`.
+double chord(const std::vector<PlanePoint>& outline, const PlanePoint& from,
+             const PlanePoint& direction) {
+  double ahead = 0, behind = 0;
   const PlanePoint normal(-direction.y(), direction.x());
-  for (std::size_t i = 0; i < outline.size(); ++i) {
-    const PlanePoint p = outline[i] - from;
-    const PlanePoint q = outline[(i + 1) % outline.size()] - from;
-    const double dp = p.dot(normal);
+  PlanePoint p = outline.back() - from;
+  double dp = p.dot(normal);
+  for (const PlanePoint& next : outline) {
+    const PlanePoint q = next - from;
     const double dq = q.dot(normal);
-    if ((dp > 0) == (dq > 0)) continue;
-    const PlanePoint crossing = p + (q - p) * (dp / (dp - dq));
-    reach = std::max(reach, crossing.dot(direction));
+    if ((dp > 0) != (dq > 0)) {
+      const double along = (p + (q - p) * (dp / (dp - dq))).dot(direction);
+      ahead = std::max(ahead, along);
+      behind = std::max(behind, -along);
+    }
+    p = q;
+    dp = dq;
   }
-  return reach;
+  return ahead + behind;
 }
 
 Section measure(const std::vector<Vec3>& points, const std::vector<PlanePoint>& outline,
@@ -88,10 +93,9 @@ Section measure(const std::vector<Vec3>& points, const std::vector<PlanePoint>& 
   for (int k = 0; k < kDirections; ++k) {
     const double angle = std::numbers::pi * k / kDirections;
     const PlanePoint direction(std::cos(angle), std::sin(angle));
-    const double chord =
-        ray_reach(outline, centroid, direction) + ray_reach(outline, centroid, -direction);
-    section.min_diameter = std::min(section.min_diameter, chord);
-    section.max_diameter = std::max(section.max_diameter, chord);
+    const double across = chord(outline, centroid, direction);
+    section.min_diameter = std::min(section.min_diameter, across);
+    section.max_diameter = std::max(section.max_diameter, across);
   }
   return section;
 }
@@ -107,7 +111,9 @@ std::vector<Box> triangle_boxes(const TriangleMesh& mesh) {
 
 }  // namespace
 
-Sectioner::Sectioner(const TriangleMesh& mesh) : mesh_(mesh), tree_(triangle_boxes(mesh)) {}
+Sectioner::Sectioner(const TriangleMesh& mesh) : mesh_(mesh), tree_(triangle_boxes(mesh)) {
+  for (const Vec3& x : mesh_.points) bounds_.include(x);
+}
 
 std::optional<Section> Sectioner::cut(const Vec3& centre, const Vec3& normal, double reach) const {
   const Vec3 axis = normal.normalized();
@@ -117,10 +123,14 @@ std::optional<Section> Sectioner::cut(const Vec3& centre, const Vec3& normal, do
   const Vec3 v = axis.cross(u);
 
   // Each cut triangle joins two cut edges, from the one where its oriented boundary goes below the
-  // plane to the other, so that every outline is a cycle of the map `next`.
-  std::unordered_map<std::uint64_t, EdgeCut> next;
+  // plane to the other, so that every outline is a cycle of the links.
+  struct Link {
+    EdgeCut from;
+    std::uint64_t to;
+    bool seen;
+  };
+  std::unordered_map<std::uint64_t, Link> links;
   std::vector<std::uint64_t> starts;
-  std::unordered_map<std::uint64_t, Vec3> position;
   Box box;
   box.include(centre);
   box.pad(reach);
@@ -141,32 +151,30 @@ std::optional<Section> Sectioner::cut(const Vec3& centre, const Vec3& normal, do
       const int b = triangle[static_cast<std::size_t>(l)];
       const Vec3& p = mesh_.points[static_cast<std::size_t>(a)];
       const Vec3& q = mesh_.points[static_cast<std::size_t>(b)];
-      const EdgeCut cut{edge_key(a, b), p + (q - p) * (height[k] / (height[k] - height[l]))};
+      const double share = height[k] / (height[k] - height[l]);
+      const EdgeCut cut{edge_key(a, b), p + (q - p) * share, {a, b, share, t}};
       (height[k] >= 0 ? down : up) = cut;
     }
     if (!down || !up) return;
-    if (next.emplace(down->edge, *up).second) starts.push_back(down->edge);
-    position.emplace(down->edge, down->point);
+    if (links.emplace(down->edge, Link{*down, up->edge, false}).second)
+      starts.push_back(down->edge);
   });
 
   std::sort(starts.begin(), starts.end());
-  std::unordered_map<std::uint64_t, bool> seen;
   std::optional<Section> best;
   for (const std::uint64_t start : starts) {
-    if (seen[start]) continue;
     std::vector<Vec3> points;
+    std::vector<EdgeCrossing> crossings;
     std::uint64_t edge = start;
     bool closed = false;
-    while (true) {
-      const auto link = next.find(edge);
-      if (link == next.end() || seen[edge]) break;
-      seen[edge] = true;
-      points.push_back(position.at(edge));
-      edge = link->second.edge;
-      if (edge == start) {
-        closed = true;
-        break;
-      }
+    while (!closed) {
+      const auto link = links.find(edge);
+      if (link == links.end() || link->second.seen) break;
+      link->second.seen = true;
+      points.push_back(link->second.from.point);
+      crossings.push_back(link->second.from.crossing);
+      edge = link->second.to;
+      closed = edge == start;
     }
     if (!closed || points.size() < 3) continue;
     std::vector<PlanePoint> outline;
@@ -175,8 +183,20 @@ std::optional<Section> Sectioner::cut(const Vec3& centre, const Vec3& normal, do
     if (!winds_around_origin(outline) || std::abs(signed_area(outline)) <= 0) continue;
     if (best && std::abs(signed_area(outline)) >= best->area) continue;
     best = measure(points, outline, centre, u, v);
+    best->crossings = std::move(crossings);
   }
   return best;
+}
+
+std::optional<Section> Sectioner::cut_within_growing_reach(const Vec3& centre, const Vec3& normal,
+                                                           double reach) const {
+  const Box& b = bounds_;
+  const double all =
+      (centre - b.lower).cwiseAbs().cwiseMax((b.upper - centre).cwiseAbs()).maxCoeff();
+  for (;; reach *= 2) {
+    auto section = cut(centre, normal, reach);
+    if (section || reach >= all) return section;
+  }
 }
 
 }  // namespace vstent::vessels

@@ -9,10 +9,18 @@
 
 namespace vstent::vessels {
 
+/// Where an outline crosses a mesh edge: (1 - share) p[from] + share p[to].
+struct EdgeCrossing {
+  int from = 0, to = 0;
+  double share = 0;
+  int triangle = 0;  ///< the one in which the outline runs on to its next point
+};
+
 /// One outline of a plane cut. Lengths in mm, areas in mm2.
 struct Section {
-  std::vector<Vec3> outline;     ///< in order, not repeated at the end
-  Vec3 centroid = Vec3::Zero();  ///< of the enclosed area
+  std::vector<Vec3> outline;            ///< in order, not repeated at the end
+  std::vector<EdgeCrossing> crossings;  ///< where each of its points lies on the mesh
+  Vec3 centroid = Vec3::Zero();         ///< of the enclosed area
   double area = 0;
   double perimeter = 0;
   double equivalent_diameter = 0;             ///< of the circle of equal area
@@ -29,9 +37,15 @@ class Sectioner {
   /// open there or the centre lies outside.
   std::optional<Section> cut(const Vec3& centre, const Vec3& normal, double reach) const;
 
+  /// The same, with `reach` doubled until an outline closes or all of the mesh lies within it:
+  /// nothing then means that the surface itself is open there.
+  std::optional<Section> cut_within_growing_reach(const Vec3& centre, const Vec3& normal,
+                                                  double reach) const;
+
  private:
   TriangleMesh mesh_;
   sdf::BoxTree tree_;
+  Box bounds_;
 };
 
 }  // namespace vstent::vessels

@@ -14,6 +14,7 @@
 #include "vessels/error.hpp"
 #include "vessels/file_guard.hpp"
 #include "vessels/polydata.hpp"
+#include "vessels/polylines.hpp"
 #include "vessels/text.hpp"
 
 namespace vstent::vessels {
@@ -167,6 +168,41 @@ std::string surface_stl(const Surface& surface, std::span<const Vec3> points,
   return bytes;
 }
 
+// Points and lines of `data`, scaled; returns the number of points.
+std::size_t set_lines(vtkPolyData* data, const std::vector<Polyline>& lines,
+                      const std::filesystem::path& path, double scale) {
+  if (extension(path) != ".vtp") throw unwritable(path, "polylines go to .vtp files");
+  vtkNew<vtkPoints> points;
+  points->SetDataType(VTK_DOUBLE);
+  vtkNew<vtkCellArray> cells;
+  std::size_t count = 0;
+  for (const Polyline& line : lines) {
+    cells->InsertNextCell(static_cast<int>(line.size()));
+    for (const Vec3& x : line) {
+      require_finite(x * scale, count++, 1e300, path);
+      cells->InsertCellPoint(points->InsertNextPoint(Vec3(x * scale).data()));
+    }
+  }
+  data->SetPoints(points);
+  data->SetLines(cells);
+  return count;
+}
+
+template <class Array, class Value>
+void add_line_arrays(vtkPolyData* data, std::size_t lines,
+                     const std::map<std::string, std::vector<Value>>& arrays) {
+  for (const auto& [name, values] : arrays) {
+    if (values.size() != lines) {
+      throw std::invalid_argument("array " + name + ": " + std::to_string(values.size()) +
+                                  " values for " + std::to_string(lines) + " lines");
+    }
+    vtkNew<Array> array;
+    array->SetName(name.c_str());
+    for (const Value value : values) array->InsertNextValue(value);
+    data->GetCellData()->AddArray(array);
+  }
+}
+
 }  // namespace
 
 void write_surface(const Surface& surface, std::span<const Vec3> points,
@@ -193,21 +229,8 @@ void write_polylines(const std::vector<Polyline>& lines,
                      const std::map<std::string, std::vector<double>>& point_arrays,
                      const std::map<std::string, std::vector<int>>& line_arrays,
                      const std::filesystem::path& path, double scale) {
-  if (extension(path) != ".vtp") throw unwritable(path, "polylines go to .vtp files");
-  vtkNew<vtkPoints> points;
-  points->SetDataType(VTK_DOUBLE);
-  vtkNew<vtkCellArray> cells;
-  std::size_t count = 0;
-  for (const Polyline& line : lines) {
-    cells->InsertNextCell(static_cast<int>(line.size()));
-    for (const Vec3& x : line) {
-      require_finite(x * scale, count++, 1e300, path);
-      cells->InsertCellPoint(points->InsertNextPoint(Vec3(x * scale).data()));
-    }
-  }
   vtkNew<vtkPolyData> data;
-  data->SetPoints(points);
-  data->SetLines(cells);
+  const std::size_t count = set_lines(data, lines, path, scale);
   for (const auto& [name, values] : point_arrays) {
     const double factor = name.find("Radius") != std::string::npos ? scale : 1.0;
     const std::size_t components = count == 0 ? 0 : values.size() / count;
@@ -221,16 +244,18 @@ void write_polylines(const std::vector<Polyline>& lines,
     for (const double value : values) array->InsertNextValue(value * factor);
     data->GetPointData()->AddArray(array);
   }
-  for (const auto& [name, values] : line_arrays) {
-    if (values.size() != lines.size()) {
-      throw std::invalid_argument("array " + name + ": " + std::to_string(values.size()) +
-                                  " values for " + std::to_string(lines.size()) + " lines");
-    }
-    vtkNew<vtkIntArray> array;
-    array->SetName(name.c_str());
-    for (const int value : values) array->InsertNextValue(value);
-    data->GetCellData()->AddArray(array);
-  }
+  add_line_arrays<vtkIntArray>(data, lines.size(), line_arrays);
+  write_whole(path, vtp_bytes(data, path.string()));
+}
+
+void write_polylines_with_values(const std::vector<Polyline>& lines,
+                                 const std::map<std::string, std::vector<double>>& line_values,
+                                 const std::map<std::string, std::vector<int>>& line_marks,
+                                 const std::filesystem::path& path, double scale) {
+  vtkNew<vtkPolyData> data;
+  set_lines(data, lines, path, scale);
+  add_line_arrays<vtkDoubleArray>(data, lines.size(), line_values);
+  add_line_arrays<vtkIntArray>(data, lines.size(), line_marks);
   write_whole(path, vtp_bytes(data, path.string()));
 }
 

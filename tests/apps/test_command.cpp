@@ -38,8 +38,9 @@ std::string stent_options(const fs::path& surface) {
          " --units mm --at lesion --length 24mm --diameter 10mm --no-pictures --no-report";
 }
 
-const char* const kFiles[] = {"stented.vtp", "stent.vtp",    "stent.vdb",  "centerline.vtp",
-                              "case.json",   "metrics.json", "history.csv"};
+const char* const kFiles[] = {"stented.vtp",    "stent.vtp",    "stent.vdb",
+                              "centerline.vtp", "case.json",    "metrics.json",
+                              "history.csv",    "profiles.csv", "sections.vtp"};
 
 TEST(Command, DeploysAndItsCaseFileGivesTheSameBytesAgain) {
   const TemporaryFolder folder;

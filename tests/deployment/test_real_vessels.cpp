@@ -1,6 +1,9 @@
 // Whole runs on real vessels.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "sdf/polyline.hpp"
 #include "tests/data.hpp"
 #include "tests/deployment/whole_run.hpp"
 #include "vessels/error.hpp"
@@ -79,8 +82,23 @@ TEST(RealVessel, ClosedCellsStraightenATortuousIliac) {
                                {"straightening", 0.0}});
   expect_sound(native);
   EXPECT_NEAR(native.metrics.bend_after, native.metrics.bend_before, 2);
-  EXPECT_LT(straight.metrics.lumen_bend_after,
-            0.6 * native.metrics.lumen_bend_after);  // it follows
+  // The lumen follows either axis where it was narrower than the stent: the wall lies on the stent
+  // there, within the sag of facets of up to 3 mm and what their cuts are off their centre.
+  const double sag = 3.0 * 3.0 / (8 * 7.5);
+  for (const WholeRun* run_of : {&straight, &native}) {
+    const std::vector<double> arc = arc_lengths(run_of->outcome.axis);
+    int opened = 0;
+    for (const measure::Station& s : run_of->metrics.stations) {
+      if (!s.in_stent || !s.whole_before() || !s.whole_after() ||
+          s.before->equivalent_diameter > 0.95 * s.target ||
+          s.after->equivalent_diameter < 0.99 * s.target)
+        continue;
+      ++opened;
+      const auto place = nearest_place(run_of->outcome.axis, arc, s.after->centroid);
+      EXPECT_LT(std::sqrt(place.squared_distance), 2 * sag) << s.arc_length;
+    }
+    EXPECT_GT(opened, 5);
+  }
 }
 
 TEST(RealVessel, RawSegmentationIsRefusedWithCountsAndPlaces) {

@@ -9,11 +9,15 @@
 #include "sdf/exact_field.hpp"
 #include "tests/data.hpp"
 #include "tests/deployment/whole_run.hpp"
+#include "tests/measure/defined.hpp"
 #include "vessels/error.hpp"
 #include "vessels/idealised.hpp"
 
 namespace vstent::deployment {
 namespace {
+
+using measure::measure_struts;
+using measure::StrutMetrics;
 
 TriangleMesh straight_tube(double radius, double length, double edge) {
   vessels::IdealisedVessel vessel;
@@ -219,6 +223,15 @@ TEST(StrutDeployment, ResultsOnTheInputsOwnVerticesKeepItsMesh) {
   EXPECT_EQ(written.mesh.triangles, vessel.mesh.triangles);
   EXPECT_GT(r.setup.surface.mesh.points.size(), 2 * written.mesh.points.size());
   EXPECT_GT(r.metrics.moved_vertices, 100u);
+  const auto json = nlohmann::ordered_json::parse(tests::read_text(folder / "metrics.json"));
+  const auto met = tests::defined_in(json);
+  tests::expect_absences_stated(met);
+  for (const char* key :
+       {"/struts/mean_gap_mm", "/struts/malapposed/*/percent_of_struts", "/design/name",
+        "/design/percent_metal_to_artery", "/simulation/converged"})
+    EXPECT_TRUE(met.contains(key)) << key;
+  EXPECT_EQ(json["stent"]["foreshortening_percent"], json["design"]["foreshortening_percent"]);
+  EXPECT_FALSE(json["stent"]["recoil_percent"].is_null());
 }
 
 TEST(StrutDeployment, RefusesWhatOnlySmoothTubesHave) {

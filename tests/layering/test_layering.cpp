@@ -16,9 +16,10 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"xpbd", {"xpbd"}},
     {"stents", {"stents"}},
     {"vessels", {"vessels", "sdf"}},
-    {"deployment", {"deployment", "sdf", "xpbd", "stents", "vessels"}},
-    {"report", {"report", "vessels", "sdf"}},
-    {"apps", {"apps", "report", "deployment", "sdf", "xpbd", "stents", "vessels"}},
+    {"measure", {"measure", "sdf", "stents", "vessels"}},
+    {"deployment", {"deployment", "sdf", "xpbd", "stents", "vessels", "measure"}},
+    {"report", {"report", "vessels", "sdf", "measure"}},
+    {"apps", {"apps", "report", "deployment", "sdf", "xpbd", "stents", "vessels", "measure"}},
 };
 // Plain geometry, shared by all.
 const std::set<std::string> kShared = {"sdf/geometry.hpp", "sdf/polyline.hpp"};

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "report/definitions.hpp"
+#include "measure/definitions.hpp"
 #include "report/page.hpp"
 #include "report/report.hpp"
 #include "tests/temporary_folder.hpp"
@@ -133,7 +133,7 @@ TEST_F(Report, HoldsTheFiguresAsTheyWereWritten) {
   EXPECT_EQ(json::parse(block(html, "case")), specification("mm"));
   const json summary = json::parse(block(html, "summary"));
   EXPECT_EQ(summary["name"], options().name);
-  EXPECT_EQ(summary["definitions"].size(), definitions().size());
+  EXPECT_EQ(summary["definitions"].size(), measure::definitions().size());
   EXPECT_TRUE(written.warnings.empty());
   write_report(folder.path(), folder / "again.html", options());
   EXPECT_TRUE(html == read_text(folder / "again.html"));

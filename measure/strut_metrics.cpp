@@ -1,4 +1,4 @@
-#include "deployment/strut_metrics.hpp"
+#include "measure/strut_metrics.hpp"
 
 #include <tbb/parallel_for.h>
 
@@ -6,10 +6,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "deployment/moved_wall.hpp"
+#include "measure/moved_wall.hpp"
 #include "sdf/exact_field.hpp"
 
-namespace vstent::deployment {
+namespace vstent::measure {
 namespace {
 
 struct Place {
@@ -130,4 +130,4 @@ nlohmann::ordered_json to_json(const StrutMetrics& m) {
           {"deepest_penetration_mm", m.deepest_penetration}};
 }
 
-}  // namespace vstent::deployment
+}  // namespace vstent::measure

@@ -9,7 +9,7 @@
 #include "sdf/solid.hpp"
 #include "stents/place.hpp"
 
-namespace vstent::deployment {
+namespace vstent::measure {
 
 /// Shares are of the length of all struts, connectors and wires, or of the area of a surface's
 /// outer side. Lengths in mm.
@@ -56,4 +56,4 @@ StrutMetrics measure_struts(const TriangleMesh& wall, std::span<const char> wall
 
 nlohmann::ordered_json to_json(const StrutMetrics& metrics);
 
-}  // namespace vstent::deployment
+}  // namespace vstent::measure

@@ -1,4 +1,4 @@
-#include "deployment/moved_wall.hpp"
+#include "measure/moved_wall.hpp"
 
 #include <tbb/parallel_for.h>
 
@@ -8,7 +8,7 @@
 #include "sdf/polyline.hpp"
 #include "sdf/signed_mesh_distance.hpp"
 
-namespace vstent::deployment {
+namespace vstent::measure {
 
 MovedWall::MovedWall(const TriangleMesh& mesh, std::span<const char> chosen) {
   mesh_.points = mesh.points;
@@ -49,4 +49,4 @@ std::vector<double> depths(std::span<const Vec3> points, const Polyline& axis,
   return depth;
 }
 
-}  // namespace vstent::deployment
+}  // namespace vstent::measure

@@ -5,7 +5,7 @@
 
 #include "sdf/box_tree.hpp"
 
-namespace vstent::deployment {
+namespace vstent::measure {
 
 class MovedWall {
  public:
@@ -28,4 +28,4 @@ class MovedWall {
 std::vector<double> depths(std::span<const Vec3> points, const Polyline& axis,
                            std::span<const double> radii);
 
-}  // namespace vstent::deployment
+}  // namespace vstent::measure

@@ -1,10 +1,11 @@
-// What the metrics mean, for the tables of a report.
+// What every figure of metrics.json means: the one list behind the file, the text table, the
+// documentation and the report.
 #pragma once
 
 #include <span>
 #include <string_view>
 
-namespace vstent::report {
+namespace vstent::measure {
 
 struct Definition {
   std::string_view key;      ///< JSON pointer in metrics.json; `*` stands for any index or name
@@ -14,6 +15,10 @@ struct Definition {
   std::string_view absent;   ///< when it is null or not there; empty: never
 };
 
+/// One per scalar, in the order of the file.
 std::span<const Definition> definitions();
 
-}  // namespace vstent::report
+/// The definition that a pointer falls under; null: none.
+const Definition* find_definition(std::string_view pointer);
+
+}  // namespace vstent::measure
