@@ -161,6 +161,18 @@ nlohmann::ordered_json surface_design_json(const Setup& setup) {
   return json;
 }
 
+/// Of the surface, then of the case.
+std::vector<std::string> warnings_of(const Setup& setup) {
+  std::vector<std::string> warnings;
+  for (const vessels::Finding& finding : setup.check.findings) {
+    using Severity = vessels::Finding::Severity;
+    if (finding.severity == Severity::note) continue;
+    warnings.push_back((finding.severity == Severity::repaired ? "repaired: " : "") + finding.text);
+  }
+  warnings.insert(warnings.end(), setup.warnings.begin(), setup.warnings.end());
+  return warnings;
+}
+
 }  // namespace
 
 void StepSaver::save(const StepRecord& record, std::span<const Vec3> patch_positions) {
@@ -248,7 +260,7 @@ Metrics write_results(const Setup& setup, const Outcome& outcome, const fs::path
       {"steps", outcome.history.empty() ? 0 : outcome.history.back().step},
       {"relative_residual", outcome.history.empty() ? 0 : outcome.history.back().residual},
       {"contact_force_N", outcome.contact_force}};
-  json["warnings"] = setup.warnings;
+  json["warnings"] = warnings_of(setup);
   vessels::write_whole(stage / "metrics.json", json.dump(2) + "\n");
   return metrics;
 }
