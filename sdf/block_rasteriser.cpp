@@ -48,9 +48,9 @@ BlockRasteriser::Verdict BlockRasteriser::cull(const CubeReach& reach,
                                                std::vector<Candidate>& near) const {
   if (near.empty()) return Verdict::outside;
   const double limit = scene_.band_ * (1 + kRounding);
-  const auto nearest = std::min_element(near.begin(), near.end(), [](const auto& a, const auto& b) {
-    return a.sample.distance < b.sample.distance;
-  });
+  const auto [nearest, farthest] = std::minmax_element(
+      near.begin(), near.end(),
+      [](const auto& a, const auto& b) { return a.sample.distance < b.sample.distance; });
   const Candidate best = *nearest;
   // The best piece's distance at middle + v is at most d + g.v + |v|^2 / (2 arm), where its ball or
   // edge is an arm away; any other convex one's is at least its own d + g.v.
@@ -64,6 +64,8 @@ BlockRasteriser::Verdict BlockRasteriser::cull(const CubeReach& reach,
   double rise = reach.corner;
   if (bend_known) rise = std::min(rise, reach.half * best.sample.gradient.cwiseAbs().sum() + bend);
   if (best.sample.distance + rise < -limit) return Verdict::inside;
+  if (farthest->sample.distance - best.sample.distance <= std::min(bend, 2 * reach.corner))
+    return Verdict::band;  // none is so far that it could be dropped
   std::erase_if(near, [&](const Candidate& c) {
     const double excess = (c.sample.distance - best.sample.distance) * (1 - kRounding);
     if (excess > 2 * reach.corner) return true;
@@ -182,12 +184,11 @@ const float* BlockRasteriser::fill_leaf(const Index3& leaf, std::vector<Candidat
   };
   if (!std::is_sorted(entries_.begin(), entries_.end(), order))
     std::sort(entries_.begin(), entries_.end(), order);
-  evaluate(middle);
   float* values = writer_.spare();
-  const int active = kernels_.store(values_, single(scene_.band_), values);
+  const int active = store(middle, values);
   active_voxels_ += static_cast<std::size_t>(active);
   // Neighbouring nodes differ by less than the band: without active ones, all have one sign.
-  if (active == 0) return values_.at[0] < 0 ? leaves_.inside() : leaves_.outside();
+  if (active == 0) return values[0] < 0 ? leaves_.inside() : leaves_.outside();
   writer_.keep();
   return values;
 }
@@ -250,12 +251,26 @@ void BlockRasteriser::resolve(const Candidate& c, const Vec3& middle) {
   entries_.push_back(entry);
 }
 
-/// The planes within the band of the box around the piece.
-LeafPlanes BlockRasteriser::planes_of(int piece, const Vec3& middle) const {
+/// Those within the band of the box around the piece.
+LeafRows BlockRasteriser::rows_of(int piece, const Vec3& middle) const {
   const Rasteriser::Shape& shape = scene_.shapes_[static_cast<std::size_t>(piece)];
-  const auto plane = [](double place) { return static_cast<int>(std::clamp(place, 0.0, 8.0)); };
-  const double x = middle.x() / scene_.voxel_size_;
-  return {plane(shape.first_plane - x), plane(shape.end_plane - x)};
+  const auto row = [](double place) { return static_cast<int>(std::clamp(place, 0.0, 8.0)); };
+  const double x = middle.x() / scene_.voxel_size_, y = middle.y() / scene_.voxel_size_;
+  return {row(shape.first_row[0] - x), row(shape.end_row[0] - x), row(shape.first_row[1] - y),
+          row(shape.end_row[1] - y)};
+}
+
+/// Puts the entries' distances there; how many are within the band?
+int BlockRasteriser::store(const Vec3& middle, float* values) {
+  const Entry &first = entries_.front(), &last = entries_.back();
+  const auto kind = [](const Entry& e) { return std::tuple(e.plane, e.kind, e.radius); };
+  if (first.kind == Kind::thin && first.plane < 0 && kind(first) == kind(last)) {
+    std::size_t entry = 0;
+    collect_capsules(entry, middle);
+    return kernels_.store_thin(capsules_, single(first.radius), single(scene_.band_), values);
+  }
+  evaluate(middle);
+  return kernels_.store(values_, single(scene_.band_), values);
 }
 
 void BlockRasteriser::evaluate(const Vec3& middle) {
@@ -298,7 +313,7 @@ void BlockRasteriser::lower_to_struts(std::size_t& entry, const Vec3& middle) {
                        .half_width = single(strut.half_width),
                        .half_thickness = single(strut.half_thickness),
                        .edge_radius = single(strut.edge_radius),
-                       .planes = planes_of(piece, middle)});
+                       .reached = rows_of(piece, middle)});
   }
   kernels_.lower_to_struts(struts_, values_);
 }
@@ -323,21 +338,24 @@ void BlockRasteriser::lower_to_cone(const Entry& entry, const Vec3& middle) {
   kernels_.lower_to_cone(cone, scene_.voxel_size_, values_);
 }
 
-/// All of the same kind, radius and plane that follow, and moves on beyond them.
 void BlockRasteriser::lower_to_capsules(std::size_t& entry, const Vec3& middle,
                                         LeafValues& values) {
-  const Kind kind = entries_[entry].kind;
-  const double radius = entries_[entry].radius;
-  const int plane = entries_[entry].plane;
+  const Entry& first = entries_[entry];
+  collect_capsules(entry, middle);
+  (first.kind == Kind::thick ? kernels_.lower_to_thick : kernels_.lower_to_thin)(
+      capsules_, single(first.radius), values);
+}
+
+/// All of the same kind, radius and plane that follow, and moves on beyond them.
+void BlockRasteriser::collect_capsules(std::size_t& entry, const Vec3& middle) {
+  const Entry& first = entries_[entry];
   const auto belongs = [&](const Entry& e) {
-    return e.kind == kind && e.radius == radius && e.plane == plane;
+    return e.kind == first.kind && e.radius == first.radius && e.plane == first.plane;
   };
   capsules_.clear();
   for (; entry < entries_.size() && belongs(entries_[entry]); ++entry)
-    capsules_.push_back(kind == Kind::thick ? thick_capsule(entries_[entry], middle)
-                                            : thin_capsule(entries_[entry].piece, middle));
-  (kind == Kind::thick ? kernels_.lower_to_thick : kernels_.lower_to_thin)(capsules_,
-                                                                           single(radius), values);
+    capsules_.push_back(first.kind == Kind::thick ? thick_capsule(entries_[entry], middle)
+                                                  : thin_capsule(entries_[entry].piece, middle));
 }
 
 LeafCapsule BlockRasteriser::thin_capsule(int piece, const Vec3& middle) const {
@@ -349,7 +367,7 @@ LeafCapsule BlockRasteriser::thin_capsule(int piece, const Vec3& middle) const {
   capsule.aside.middle = single(shape.aside.dot(from_a));
   capsule.past_b.middle = single(along - shape.length);
   capsule.before_a = single(-along);
-  capsule.planes = planes_of(piece, middle);
+  capsule.reached = rows_of(piece, middle);
   return capsule;
 }
 
@@ -374,7 +392,7 @@ LeafCapsule BlockRasteriser::thick_capsule(const Entry& entry, const Vec3& middl
           .aside = affine(along.cross(across), from_a, 0, h),
           .past_b = affine(along, from_a, length, h),
           .before_a = single(-along.dot(from_a)),
-          .planes = {}};
+          .reached = {}};
 }
 
 /// All that follow, and moves on beyond them.

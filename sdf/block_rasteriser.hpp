@@ -88,8 +88,10 @@ class BlockRasteriser {
   Verdict cull(const CubeReach& reach, std::vector<Candidate>& near) const;
   const float* fill_leaf(const Index3& origin, std::vector<Candidate>& near);
   void resolve(const Candidate& candidate, const Vec3& middle);
-  LeafPlanes planes_of(int piece, const Vec3& middle) const;
+  LeafRows rows_of(int piece, const Vec3& middle) const;
+  int store(const Vec3& middle, float* values);
   void evaluate(const Vec3& middle);
+  void collect_capsules(std::size_t& entry, const Vec3& middle);
   LeafCapsule thin_capsule(int piece, const Vec3& middle) const;
   LeafCapsule thick_capsule(const Entry& entry, const Vec3& middle) const;
   void lower_to_struts(std::size_t& entry, const Vec3& middle);

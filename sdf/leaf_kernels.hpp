@@ -23,10 +23,11 @@ struct Affine {
   float middle = 0, x = 0, y = 0, z = 0;
 };
 
-/// The planes of nodes i in [first, end) that a piece's band can reach; the others are left as they
-/// are.
-struct LeafPlanes {
-  int first = 0, end = kLeafSide;
+/// The rows of nodes that a piece's band can reach: i in [first_i, end_i), j in [first_j, end_j).
+/// The others may be left as they are.
+struct LeafRows {
+  int first_i = 0, end_i = kLeafSide;
+  int first_j = 0, end_j = kLeafSide;
 };
 
 /// A capsule seen from a leaf, in coordinates along its axis and two across it. Of the capsules
@@ -36,7 +37,7 @@ struct LeafCapsule {
   Affine across, aside;
   Affine past_b;       ///< how far beyond b
   float before_a = 0;  ///< how far before a, at the middle
-  LeafPlanes planes;
+  LeafRows reached;
 };
 
 /// A strut's core seen from a leaf.
@@ -45,7 +46,7 @@ struct LeafStrut {
   Affine past_b;
   float before_a = 0;
   float half_width = 0, half_thickness = 0, edge_radius = 0;
-  LeafPlanes planes;
+  LeafRows reached;
 };
 
 /// A capsule, thick beside the leaf, that is cut by a cap whose disc is as thick; coordinates from
@@ -106,6 +107,8 @@ struct LeafKernels {
   void (*lower_to_larger)(const LeafValues& uncut, const Affine& beyond, LeafValues& values);
   /// Copies the values, none beyond +-background; how many are within?
   int (*store)(const LeafValues& values, float background, float* leaf);
+  /// The same of values that only thin capsules lower, in one pass.
+  int (*store_thin)(std::span<const LeafCapsule>, float radius, float background, float* leaf);
   /// Per point the trilinear value and the normalised nodal gradient; beyond the band, `inside` or
   /// `outside` and no gradient.
   void (*sample)(std::span<const LeafPlace> places, const LeafRange& range, double (*samples)[4]);

@@ -48,15 +48,41 @@ class Overshoot {
   Sweep past_b_, minus_before_a_;
 };
 
-/// Visits the rows of the planes [first, end) of a piece whose coordinates are swept along. All
-/// rows of a plane, since a loop of unknown length costs more than the rows that it would leave
-/// out.
-template <class Visit, class... Sweeps>
-inline void for_each_row(const LeafPlanes& planes, Visit&& visit, Sweeps&... sweeps) {
-  for (int i = planes.first; i < planes.end; ++i) {
+template <int kCount, class Visit, class... Sweeps>
+inline void for_each_row_of(const LeafRows& rows, Visit&& visit, Sweeps&... sweeps) {
+  const int first = rows.first_j < kLeafSide - kCount ? rows.first_j : kLeafSide - kCount;
+  for (int i = rows.first_i; i < rows.end_i; ++i) {
     (sweeps.enter(i), ...);
 #pragma GCC unroll 1  // the steps along j stay in memory, whence they are broadcast for free
-    for (int j = 0; j < kLeafSide; ++j) visit(8 * i + j, sweeps.row(j)...);
+    for (int j = first; j < first + kCount; ++j) visit(8 * i + j, sweeps.row(j)...);
+  }
+}
+
+/// Visits these rows of a piece whose coordinates are swept along, and perhaps some beside them: a
+/// loop of unknown length costs more than it leaves out.
+template <class Visit, class... Sweeps>
+inline void for_each_row(const LeafRows& rows, Visit&& visit, Sweeps&... sweeps) {
+  const int count = rows.end_j - rows.first_j;
+  if (count <= 2) return for_each_row_of<2>(rows, visit, sweeps...);
+  if (count <= 4) return for_each_row_of<4>(rows, visit, sweeps...);
+  if (count <= 6) return for_each_row_of<6>(rows, visit, sweeps...);
+  for_each_row_of<kLeafSide>(rows, visit, sweeps...);
+}
+
+/// The least measure over the capsules.
+template <class Measure>
+inline void find_least(std::span<const LeafCapsule> capsules, const Measure& measure,
+                       Wide (&least)[kRows]) {
+  for (int row = 0; row < kRows; ++row) least[row] = wide(std::numeric_limits<float>::infinity());
+  for (const LeafCapsule& capsule : capsules) {
+    Sweep across(capsule.across), aside(capsule.aside);
+    Overshoot over(capsule.past_b, capsule.before_a);
+    for_each_row(
+        capsule.reached,
+        [&](int row, Wide a, Wide b, Wide c) {
+          least[row] = smaller(least[row], measure(a, b, c));
+        },
+        across, aside, over);
   }
 }
 
@@ -65,27 +91,16 @@ template <class Measure, class ResultOf>
 inline void lower_to_capsules(std::span<const LeafCapsule> capsules, const Measure& measure,
                               const ResultOf& result_of, LeafValues& values) {
   Wide least[kRows];
-  for (int row = 0; row < kRows; ++row) least[row] = wide(std::numeric_limits<float>::infinity());
-  for (const LeafCapsule& capsule : capsules) {
-    Sweep across(capsule.across), aside(capsule.aside);
-    Overshoot over(capsule.past_b, capsule.before_a);
-    for_each_row(
-        capsule.planes,
-        [&](int row, Wide a, Wide b, Wide c) {
-          least[row] = smaller(least[row], measure(a, b, c));
-        },
-        across, aside, over);
-  }
+  find_least(capsules, measure, least);
   Wide* result = rows(values);
   for (int row = 0; row < kRows; ++row) result[row] = smaller(result[row], result_of(least[row]));
 }
 
+inline Wide squared_norm(Wide a, Wide b, Wide c) { return a * a + b * b + c * c; }
+
 void lower_to_thin(std::span<const LeafCapsule> capsules, float radius, LeafValues& values) {
-  const auto squared = [](Wide across, Wide aside, Wide over) {
-    return across * across + aside * aside + over * over;
-  };
   lower_to_capsules(
-      capsules, squared, [&](Wide least) { return root(least) - wide(radius); }, values);
+      capsules, squared_norm, [&](Wide least) { return root(least) - wide(radius); }, values);
 }
 
 /// By the square of the distance from an axis less that of the radius, without the cancellation;
@@ -123,7 +138,7 @@ void lower_to_cut_capsules(std::span<const LeafCutCapsule> capsules, LeafValues&
     Overshoot over(cut.capsule.past_b, cut.capsule.before_a);
     Sweep beyond(cut.beyond), disc_across(cut.across), disc_aside(cut.aside);
     for_each_row(
-        LeafPlanes{},
+        LeafRows{},
         [&](int row, Wide a, Wide b, Wide past, Wide c, Wide z, Wide rim, Wide rim_aside) {
           const Wide excess = side.excess(a, b, c), from_axis = side.from_axis(excess);
           const Wide uncut = side.distance(excess, from_axis);
@@ -146,7 +161,7 @@ void lower_to_struts(std::span<const LeafStrut> struts, LeafValues& values) {
     Sweep sideways(strut.sideways), height(strut.height);
     Overshoot over(strut.past_b, strut.before_a);
     for_each_row(
-        strut.planes,
+        strut.reached,
         [&](int row, Wide lateral, Wide high, Wide beyond) {
           const Wide side = root(lateral * lateral + beyond * beyond) - wide(strut.half_width);
           const Wide face = absolute(high) - wide(strut.half_thickness);
@@ -260,20 +275,32 @@ void lower_to_larger(const LeafValues& uncut, const Affine& beyond, LeafValues& 
   Wide* result = rows(values);
   Sweep plane(beyond);
   for_each_row(
-      LeafPlanes{},
+      LeafRows{},
       [&](int row, Wide z) { result[row] = smaller(result[row], larger(distance[row], z)); },
       plane);
+}
+
+inline int store_row(Wide distance, Wide limit, float* nodes) {
+  const Wide kept = smaller(larger(distance, -limit), limit);
+  __builtin_memcpy(nodes, &kept, sizeof kept);
+  return std::popcount(below(absolute(distance), limit));
 }
 
 int store(const LeafValues& values, float background, float* leaf) {
   const Wide limit = wide(background);
   const Wide* from = rows(values);
   int active = 0;
-  for (int row = 0; row < kRows; ++row) {
-    const Wide kept = smaller(larger(from[row], -limit), limit);
-    __builtin_memcpy(leaf + 8 * row, &kept, sizeof kept);
-    active += std::popcount(below(absolute(from[row]), limit));
-  }
+  for (int row = 0; row < kRows; ++row) active += store_row(from[row], limit, leaf + 8 * row);
+  return active;
+}
+
+int store_thin(std::span<const LeafCapsule> capsules, float radius, float background, float* leaf) {
+  Wide least[kRows];
+  find_least(capsules, squared_norm, least);
+  const Wide limit = wide(background);
+  int active = 0;
+  for (int row = 0; row < kRows; ++row)
+    active += store_row(root(least[row]) - wide(radius), limit, leaf + 8 * row);
   return active;
 }
 

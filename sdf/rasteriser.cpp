@@ -41,43 +41,56 @@ Rasteriser::Rasteriser(const Solid& solid, double voxel_size, double band)
   bin_to_blocks();
 }
 
-void Rasteriser::prepare_shapes(const Solid& solid) {
+Rasteriser::Shape Rasteriser::shape_of(int piece) const {
   const CubeReach leaf(kLeafSide, voxel_size_);
   const auto slopes = [h = voxel_size_](const Vec3& direction) {
     const Eigen::Vector3f s = (h * direction).cast<float>();
     return Affine{.x = s.x(), .y = s.y(), .z = s.z()};
   };
-  shapes_.reserve(static_cast<std::size_t>(pieces_.size()));
-  for (int piece = 0; piece < pieces_.size(); ++piece) {
-    const auto [a, b] = pieces_.ends(piece);
-    const Vec3& axis = pieces_.axis(piece);
-    const Vec3 sideways = sideways_of(pieces_, piece, axis);
-    const Vec3 along = axis.isZero() ? Vec3(sideways.unitOrthogonal()) : axis;
-    const double margin = pieces_.outer_radius(piece) + band_ * (1 + 1e-9) + leaf.half;
-    const auto [least_x, largest_x] = std::minmax(a.x(), b.x());
-    shapes_.push_back({.a = a,
-                       .b = b,
-                       .axis = axis,
-                       .along = along,
-                       .sideways = sideways,
-                       .aside = along.cross(sideways),
-                       .length = (b - a).norm(),
-                       .outer_radius = pieces_.outer_radius(piece),
-                       .reach = leaf.half * axis.cwiseAbs().sum(),
-                       .first_plane = (least_x - margin) / voxel_size_ + 7,  // rounded outwards
-                       .end_plane = (largest_x + margin) / voxel_size_ + 1,
-                       .thin = {.across = slopes(sideways),
-                                .aside = slopes(along.cross(sideways)),
-                                .past_b = slopes(along),
-                                .planes = {}},
-                       .is_plain = pieces_.is_convex(piece) && !pieces_.is_strut(piece) &&
-                                   pieces_.segment(piece).sine == 0});
-  }
+  const auto [a, b] = pieces_.ends(piece);
+  const Vec3& axis = pieces_.axis(piece);
+  const Vec3 sideways = sideways_of(pieces_, piece, axis);
+  const Vec3 along = axis.isZero() ? Vec3(sideways.unitOrthogonal()) : axis;
+  const Vec3 aside = along.cross(sideways);
+  const double margin = pieces_.outer_radius(piece) + band_ * (1 + 1e-9) + leaf.half;
+  const auto first_row = [&](double p, double q) {  // rounded outwards
+    return (std::min(p, q) - margin) / voxel_size_ + 7;
+  };
+  const auto end_row = [&](double p, double q) {
+    return (std::max(p, q) + margin) / voxel_size_ + 1;
+  };
+  return {.a = a,
+          .b = b,
+          .axis = axis,
+          .along = along,
+          .sideways = sideways,
+          .aside = aside,
+          .length = (b - a).norm(),
+          .outer_radius = pieces_.outer_radius(piece),
+          .reach = leaf.half * axis.cwiseAbs().sum(),
+          .first_row = {first_row(a.x(), b.x()), first_row(a.y(), b.y())},
+          .end_row = {end_row(a.x(), b.x()), end_row(a.y(), b.y())},
+          .thin = {.across = slopes(sideways),
+                   .aside = slopes(aside),
+                   .past_b = slopes(along),
+                   .reached = {}},
+          .is_plain = pieces_.is_convex(piece) && !pieces_.is_strut(piece) &&
+                      pieces_.segment(piece).sine == 0};
+}
+
+void Rasteriser::prepare_shapes(const Solid& solid) {
   const auto& segments = solid.segments;
-  for (std::size_t i = 1; solid.joints == Joints::round && i < segments.size(); ++i) {
-    shapes_[i - 1].continues = carries_on(segments[i - 1], segments[i], true);
-    shapes_[i].continued = carries_on(segments[i], segments[i - 1], false);
-  }
+  shapes_.resize(static_cast<std::size_t>(pieces_.size()));
+  const tbb::blocked_range<std::size_t> all(0, shapes_.size(), 256);
+  tbb::parallel_for(all, [&](const auto& range) {
+    for (std::size_t i = range.begin(); i != range.end(); ++i) {
+      shapes_[i] = shape_of(static_cast<int>(i));
+      if (solid.joints == Joints::flat || i >= segments.size()) continue;
+      shapes_[i].continues =
+          i + 1 < segments.size() && carries_on(segments[i], segments[i + 1], true);
+      shapes_[i].continued = i > 0 && carries_on(segments[i], segments[i - 1], false);
+    }
+  });
 }
 
 void Rasteriser::bin_to_blocks() {

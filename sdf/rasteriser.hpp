@@ -37,12 +37,13 @@ class Rasteriser {
     Vec3 along, sideways, aside;  // unit, perpendicular; along the axis where there is one
     double length, outer_radius;
     double reach;                               // of a leaf along the axis, from its middle
-    double first_plane, end_plane;              // its band's, of a leaf whose middle is at 0
+    std::array<double, 2> first_row, end_row;   // its band's, of a leaf whose middle is at 0
     LeafCapsule thin;                           // its slopes
     bool is_plain = false;                      // an uncut capsule
     bool continues = false, continued = false;  // see BlockRasteriser::yields
   };
 
+  Shape shape_of(int piece) const;
   void prepare_shapes(const Solid& solid);
   void bin_to_blocks();
 

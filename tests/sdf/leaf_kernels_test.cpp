@@ -26,15 +26,20 @@ class LeafKernelsOf : public testing::Test {
     return {number(-0.5, 0.5), static_cast<float>(slope.x()), static_cast<float>(slope.y()),
             static_cast<float>(slope.z())};
   }
-  LeafPlanes some_planes() {
-    return {static_cast<int>(random_(0, 4)), 5 + static_cast<int>(random_(0, 4))};
+  LeafRows some_rows() {
+    const auto first = [&] { return static_cast<int>(random_(0, 8)); };
+    const auto end = [&](int begin) { return begin + 1 + static_cast<int>(random_(0, 8 - begin)); };
+    LeafRows rows{.first_i = first(), .first_j = first()};
+    rows.end_i = end(rows.first_i);
+    rows.end_j = end(rows.first_j);
+    return rows;
   }
-  LeafCapsule capsule(const LeafPlanes& planes) {
+  LeafCapsule capsule(const LeafRows& reached) {
     return {.across = affine(),
             .aside = affine(),
             .past_b = affine(),
             .before_a = number(-0.5, 0.1),
-            .planes = planes};
+            .reached = reached};
   }
   LeafVector vector(double scale) {
     const Vec3 v = scale * random_.direction();
@@ -65,8 +70,7 @@ class LeafKernelsOf : public testing::Test {
 
 TEST_F(LeafKernelsOf, BothInstructionSetsGiveTheSameBits) {
   for (int round = 0; round < 50; ++round) {
-    const std::vector<LeafCapsule> thin{capsule(some_planes()), capsule({}),
-                                        capsule(some_planes())};
+    const std::vector<LeafCapsule> thin{capsule(some_rows()), capsule({}), capsule(some_rows())};
     const std::vector<LeafCapsule> thick{capsule({}), capsule({})};
     const LeafStrut strut{.sideways = affine(),
                           .height = affine(),
@@ -75,7 +79,7 @@ TEST_F(LeafKernelsOf, BothInstructionSetsGiveTheSameBits) {
                           .half_width = number(0, 0.2),
                           .half_thickness = number(0, 0.2),
                           .edge_radius = number(0, 0.1),
-                          .planes = some_planes()};
+                          .reached = some_rows()};
     const LeafCutCapsule cut{.capsule = capsule({}),
                              .radius = number(1, 3),
                              .length = number(0.1, 1),
@@ -89,6 +93,14 @@ TEST_F(LeafKernelsOf, BothInstructionSetsGiveTheSameBits) {
     LeafValues uncut;
     for (float& value : uncut.at) value = number(-0.3, 0.6);
     expect_same_bits([&](const auto& k, auto& v) { k.lower_to_thin(thin, 0.1f, v); });
+    LeafValues stored, lowered;
+    lowered.at.fill(std::numeric_limits<float>::infinity());
+    avx2_leaf_kernels()->lower_to_thin(thin, 0.1f, lowered);
+    const int active = avx2_leaf_kernels()->store(lowered, 0.15f, stored.at.data());
+    expect_same_bits([&](const auto& k, auto& v) {
+      EXPECT_EQ(k.store_thin(thin, 0.1f, 0.15f, v.at.data()), active);
+      EXPECT_EQ(std::memcmp(&v, &stored, sizeof v), 0);
+    });
     expect_same_bits([&](const auto& k, auto& v) { k.lower_to_thick(thick, 2.0f, v); });
     expect_same_bits([&](const auto& k, auto& v) { k.lower_to_struts({&strut, 1}, v); });
     expect_same_bits([&](const auto& k, auto& v) { k.lower_to_cut_capsules({&cut, 1}, v); });
