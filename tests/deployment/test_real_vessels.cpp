@@ -82,6 +82,7 @@ TEST(RealVessel, ClosedCellsStraightenATortuousIliac) {
                                {"straightening", 0.0}});
   expect_sound(native);
   EXPECT_NEAR(native.metrics.bend_after, native.metrics.bend_before, 2);
+  EXPECT_LT(straight.metrics.lumen_bend_after, 0.9 * native.metrics.lumen_bend_after);
   // The lumen follows either axis where it was narrower than the stent: the wall lies on the stent
   // there, within the sag of facets of up to 3 mm and what their cuts are off their centre.
   const double sag = 3.0 * 3.0 / (8 * 7.5);
