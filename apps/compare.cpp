@@ -98,11 +98,17 @@ std::string folder_name(const std::string& design, std::set<std::string>& taken)
   return name;
 }
 
-std::string cell_text(const Entry& entry, const Row& row) {
+/// A number, or null where the design has no such figure.
+json value_of(const Entry& entry, const Row& row) {
   const json::json_pointer pointer(row.pointer);
-  if (!entry.metrics.contains(pointer) || !entry.metrics[pointer].is_number()) return "-";
+  return entry.metrics.contains(pointer) ? entry.metrics[pointer] : json(nullptr);
+}
+
+std::string cell_text(const Entry& entry, const Row& row) {
+  const json value = value_of(entry, row);
+  if (value.is_null()) return "-";
   char text[40];
-  std::snprintf(text, sizeof text, "%.4g", entry.metrics[pointer].get<double>());
+  std::snprintf(text, sizeof text, "%.4g", value.get<double>());
   return text;
 }
 
@@ -128,9 +134,9 @@ std::string table_csv(const std::vector<Entry>& entries) {
   for (const Row& row : kRows) {
     csv << row.label << ',' << row.unit << ',' << row.pointer;
     for (const Entry& e : entries) {
-      const json::json_pointer pointer(row.pointer);
+      const json value = value_of(e, row);
       csv << ',';
-      if (e.metrics.contains(pointer) && e.metrics[pointer].is_number()) csv << e.metrics[pointer];
+      if (!value.is_null()) csv << value;
     }
     csv << '\n';
   }
@@ -145,10 +151,7 @@ std::string table_json(const std::string& case_file, const std::vector<Entry>& e
       row["refused"] = e.refusal;
     } else {
       ordered_json values;
-      for (const Row& r : kRows) {
-        const json::json_pointer pointer(r.pointer);
-        values[r.pointer] = e.metrics.contains(pointer) ? e.metrics[pointer] : json(nullptr);
-      }
+      for (const Row& r : kRows) values[r.pointer] = value_of(e, r);
       row["metrics"] = std::move(values);
     }
     designs.push_back(std::move(row));

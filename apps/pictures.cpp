@@ -29,8 +29,7 @@ void draw_panels(const deployment::Setup& placed, std::span<const Panel> panels,
 }
 
 TriangleMesh stent_surface(const deployment::Setup& setup, const deployment::StentShape& stent) {
-  if (const auto* mesh = std::get_if<TriangleMesh>(&stent)) return *mesh;
-  return deployment::voxelised(stent, {*setup.specification.voxel_size, 3}).surface();
+  return deployment::surface_of(stent, {*setup.specification.voxel_size, 3});
 }
 
 void draw_stages(const deployment::Setup& setup, const deployment::Outcome& outcome,

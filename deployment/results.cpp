@@ -187,9 +187,7 @@ void StepSaver::save(const StepRecord& record, std::span<const Vec3> patch_posit
   vessels::write_surface(setup_.surface, positions, moved,
                          stage_ / "steps" / step_name("wall", record.step));
   const StentState state = stent_state(setup_, record.expansion);
-  const StentShape stent = shape_of(setup_, state);
-  const auto* mesh = std::get_if<TriangleMesh>(&stent);
-  write_mesh(setup_, mesh ? *mesh : stent_level_set(setup_, stent).surface(),
+  write_mesh(setup_, surface_of(shape_of(setup_, state), {*setup_.specification.voxel_size, 3}),
              stage_ / "steps" / step_name("stent", record.step));
   steps_.push_back(record.step);
 }

@@ -82,6 +82,21 @@ StentState surface_state(const Setup& setup, double expansion) {
   return state;
 }
 
+/// How far (mm) struts reach beyond the stent's outer radii: straight rings in a bend do.
+double largest_protrusion(const StentState& state) {
+  const std::vector<double> arc = arc_lengths(state.axis);
+  const double face = 0.5 * state.struts->section.thickness;
+  double largest = 0;
+  for (const stents::PlacedMember& member : state.struts->members) {
+    for (const Vec3& x : member.points) {
+      const PolylinePlace place = nearest_place(state.axis, arc, x);
+      const double outer = value_at(state.radii, arc, place.arc_length);
+      largest = std::max(largest, std::sqrt(place.squared_distance) + face - outer);
+    }
+  }
+  return largest;
+}
+
 }  // namespace
 
 stents::Pattern expanded_pattern(const stents::Design& design, const stents::SmoothTube& tube,
@@ -114,21 +129,6 @@ sdf::Solid envelope_of(const Setup& setup, const StentState& state, double inset
   sdf::Solid solid = sdf::make_tube(state.axis, radii, shape == Shape::capsule);
   if (shape == Shape::paper) solid.joints = sdf::Joints::flat;
   return solid;
-}
-
-double largest_protrusion(const StentState& state) {
-  if (!state.struts) return 0;
-  const std::vector<double> arc = arc_lengths(state.axis);
-  const double face = 0.5 * state.struts->section.thickness;
-  double largest = 0;
-  for (const stents::PlacedMember& member : state.struts->members) {
-    for (const Vec3& x : member.points) {
-      const PolylinePlace place = nearest_place(state.axis, arc, x);
-      const double outer = value_at(state.radii, arc, place.arc_length);
-      largest = std::max(largest, std::sqrt(place.squared_distance) + face - outer);
-    }
-  }
-  return largest;
 }
 
 StentState inflated(const Setup& setup, StentState state, double expansion) {

@@ -30,9 +30,6 @@ StentShape shape_of(const Setup& setup, const StentState& state);
 /// beyond the ends.
 sdf::Solid envelope_of(const Setup& setup, const StentState& state, double inset);
 
-/// How far (mm) metal reaches beyond the stent's outer radii: straight rings in a bend do.
-double largest_protrusion(const StentState& state);
-
 /// As the balloon widens it at a share of its expansion: at the end by what recoil takes back, and
 /// over all metal. Smooth tubes as they are.
 StentState inflated(const Setup& setup, StentState state, double expansion);

@@ -14,6 +14,11 @@ TriangleMesh surface_of(const StentShape& shape, const sdf::LevelSet& level_set)
   return mesh ? *mesh : level_set.surface();
 }
 
+TriangleMesh surface_of(const StentShape& shape, const sdf::VoxelOptions& options) {
+  const auto* mesh = std::get_if<TriangleMesh>(&shape);
+  return mesh ? *mesh : voxelised(shape, options).surface();
+}
+
 std::vector<double> exact_distances(const StentShape& shape, std::span<const Vec3> points) {
   std::vector<double> result(points.size());
   if (const auto* mesh = std::get_if<TriangleMesh>(&shape)) {

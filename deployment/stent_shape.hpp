@@ -14,6 +14,7 @@ sdf::LevelSet voxelised(const StentShape& shape, const sdf::VoxelOptions& option
 
 /// Its surface: that of the level set, or the surface that it is.
 TriangleMesh surface_of(const StentShape& shape, const sdf::LevelSet& level_set);
+TriangleMesh surface_of(const StentShape& shape, const sdf::VoxelOptions& options);
 
 /// Exact distances (mm, negative inside), in parallel.
 std::vector<double> exact_distances(const StentShape& shape, std::span<const Vec3> points);
