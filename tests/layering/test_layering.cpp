@@ -18,8 +18,11 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"vessels", {"vessels", "sdf"}},
     {"measure", {"measure", "sdf", "stents", "vessels"}},
     {"deployment", {"deployment", "sdf", "xpbd", "stents", "vessels", "measure"}},
+    {"meshing", {"meshing", "flow", "vessels", "sdf", "measure"}},
     {"report", {"report", "vessels", "sdf", "measure"}},
-    {"apps", {"apps", "report", "deployment", "sdf", "xpbd", "stents", "vessels", "measure"}},
+    {"apps",
+     {"apps", "report", "deployment", "flow", "meshing", "sdf", "xpbd", "stents", "vessels",
+      "measure"}},
 };
 // Plain geometry, shared by all.
 const std::set<std::string> kShared = {"sdf/geometry.hpp", "sdf/polyline.hpp"};
