@@ -1,76 +1,20 @@
 #include "xpbd/solver.hpp"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <utility>
 
-#include "xpbd/kernels.hpp"
-#include "xpbd/layout.hpp"
-#include "xpbd/softness.hpp"
+#include "xpbd/elastic_sheet.hpp"
+#include "xpbd/parallel.hpp"
 
 namespace vstent::xpbd {
 namespace {
 
-// Particles per task in loops over particles; fixed, so that partial sums are the same for any
-// number of threads.
-constexpr std::size_t kChunk = 1024;
 // Iterations of relax between looks at how stiff each particle's surroundings have become.
 constexpr int kWeighEvery = 50;
 // And where struts fold it sharply.
 constexpr int kWeighFoldedEvery = 10;
-
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
-
-Vec3 place(const Slot& s) { return {s.x, s.y, s.z}; }
-
-void put(Slot& s, const Vec3& place) {
-  s.x = place.x();
-  s.y = place.y();
-  s.z = place.z();
-}
-
-template <class Run>
-void side_by_side(std::size_t tasks, const Run& run) {
-  tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(0, tasks),
-      [&](const tbb::blocked_range<std::size_t>& range) {
-        for (std::size_t k = range.begin(); k < range.end(); ++k) run(k);
-      },
-      tbb::static_partitioner());
-}
-
-/// Things that belong to one particle each (contacts, attachments), grouped by particle.
-template <class Item>
-struct Grouped {
-  std::vector<int> first;  ///< by particle, and the total at the end
-  std::vector<Item> items;
-
-  std::span<Item> of(std::size_t particle) {
-    return std::span(items).subspan(at(first[particle]), at(first[particle + 1] - first[particle]));
-  }
-  std::span<const Item> of(std::size_t particle) const {
-    return std::span(items).subspan(at(first[particle]), at(first[particle + 1] - first[particle]));
-  }
-};
-
-template <class Item, class Source, class Make>
-void group(Grouped<Item>& grouped, std::span<const Source> sources, const std::vector<int>& number,
-           const Make& make) {
-  grouped.first.assign(number.size() + 1, 0);
-  for (const Source& s : sources) ++grouped.first[at(number[at(s.vertex)]) + 1];
-  for (std::size_t k = 0; k < number.size(); ++k) grouped.first[k + 1] += grouped.first[k];
-  grouped.items.resize(sources.size());
-  for (std::size_t k = sources.size(); k-- > 0;) {  // from the back: starts end where they began
-    const std::size_t particle = at(number[at(sources[k].vertex)]);
-    grouped.items[at(--grouped.first[particle + 1])] = make(sources[k]);
-  }
-  // Every start has moved down to where its group begins, one place late.
-  for (std::size_t k = 0; k < number.size(); ++k) grouped.first[k] = grouped.first[k + 1];
-  grouped.first.back() = static_cast<int>(sources.size());
-}
 
 struct ClosableContact {
   Vec3 normal;
@@ -88,31 +32,25 @@ struct ClosableSpan {
   std::int64_t key;
 };
 
-struct Attachment {
-  Vec3 target;
-  double compliance;
-  double force;
-};
-
 }  // namespace
 
 struct Solver::Implementation {
-  Layout layout;
+  ElasticSheet elastic;
+  Layout& layout = elastic.layout;
+  const Vec3& origin = elastic.origin;
+  Grouped<Attachment>& attachments = elastic.attachments;
   const Kernels& kernel = kernels();
-  Vec3 origin;
   std::vector<Slot>
       particles;  // in the layout's order, about `origin`; mobility as of the last step
   std::vector<double> inverse_mass;
   std::vector<Vec3> before;      // places at the start of the step
   std::vector<Vec3> drift;       // moved by inertia, mm
-  std::vector<Vec3> load;        // constant forces; empty: none
   std::vector<double> reaction;  // kept contact force, N
   std::vector<Vec3> positions;   // in the sheet's order
   std::vector<Vec3> velocities;  // in the sheet's order
   std::vector<Slot> forces;      // scratch
   Grouped<ClosableContact> contacts;
   std::vector<ClosableSpan> spans;
-  Grouped<Attachment> attachments;
   bool backward = false;
   double steps_since_rest = 0;
   double last_energy = 0;
@@ -121,40 +59,19 @@ struct Solver::Implementation {
   int iterations_since_weighing = 0;
 
   explicit Implementation(const Sheet& sheet)
-      : layout(make_layout(sheet)),
-        origin(Vec3::Zero()),
-        particles(sheet.positions.size()),
-        inverse_mass(sheet.positions.size()),
+      : elastic(make_elastic_sheet(sheet)),
+        particles(particles_of(elastic, sheet.positions)),
         before(sheet.positions.size(), Vec3::Zero()),
         drift(sheet.positions.size(), Vec3::Zero()),
         reaction(sheet.positions.size(), 0.0),
         positions(sheet.positions),
         velocities(sheet.positions.size(), Vec3::Zero()),
         forces(sheet.positions.size()) {
-    assert(sheet.inverse_mass.size() == sheet.positions.size());
-    assert(sheet.forces.empty() || sheet.forces.size() == sheet.positions.size());
-    for (const Vec3& p : positions) origin += p / static_cast<double>(positions.size());
-    for (std::size_t k = 0; k < particles.size(); ++k) {
-      const std::size_t vertex = at(layout.original[k]);
-      put(particles[k], positions[vertex] - origin);
-      inverse_mass[k] = sheet.inverse_mass[vertex];
-    }
-    if (!sheet.forces.empty())
-      for (int vertex : layout.original) load.push_back(sheet.forces[at(vertex)]);
-    group(attachments, std::span(sheet.attachments), layout.number,
-          [&](const AttachmentConstraint& a) {
-            assert(a.stiffness > 0);
-            return Attachment{a.target - origin, 1 / a.stiffness, 0};
-          });
+    for (const int vertex : layout.original) inverse_mass.push_back(sheet.inverse_mass[at(vertex)]);
     group_contacts({}, contacts);
   }
 
-  std::size_t chunks() const { return (particles.size() + kChunk - 1) / kChunk; }
-
-  template <class Run>
-  static void for_chunk(std::size_t chunk, std::size_t count, const Run& run) {
-    for (std::size_t k = chunk * kChunk; k < std::min(count, (chunk + 1) * kChunk); ++k) run(k);
-  }
+  std::size_t chunks() const { return chunks_of(particles.size()); }
 
   void group_contacts(std::span<const Contact> from, Grouped<ClosableContact>& to) const {
     group(to, from, layout.number, [&](const Contact& c) {
@@ -255,15 +172,13 @@ struct Solver::Implementation {
 
   /// The kept multipliers' forces along the present gradients, into `forces`.
   void turn_kept_forces() {
-    side_by_side(chunks(), [&](std::size_t chunk) {
-      for_chunk(chunk, forces.size(), [&](std::size_t k) {
-        Vec3 force = Vec3::Zero();
-        for (const Attachment& a : attachments.of(k)) {
-          const Vec3 offset = place(particles[k]) - a.target;
-          if (const double length = offset.norm(); length > 0) force += a.force / length * offset;
-        }
-        forces[k] = {force.x(), force.y(), force.z(), 0};
-      });
+    for_each_particle(forces.size(), [&](std::size_t k, std::size_t) {
+      Vec3 force = Vec3::Zero();
+      for (const Attachment& a : attachments.of(k)) {
+        const Vec3 offset = place(particles[k]) - a.target;
+        if (const double length = offset.norm(); length > 0) force += a.force / length * offset;
+      }
+      forces[k] = {force.x(), force.y(), force.z(), 0};
     });
     for (const auto* phase : {&layout.within, &layout.between})
       side_by_side(phase->size(), [&](std::size_t k) {
@@ -293,7 +208,7 @@ struct Solver::Implementation {
     }
     Vec3 pushed = Vec3::Zero();
     if (options.keep_multipliers) pushed = mobility * place(forces[k]);
-    if (!load.empty()) pushed += mobility * load[k];
+    if (!elastic.load.empty()) pushed += mobility * elastic.load[k];
     for (ClosableContact& c : contacts.of(k)) {
       c.force = std::exchange(reaction[k], 0.0);
       pushed += mobility * c.force * c.normal;
@@ -381,9 +296,8 @@ struct Solver::Implementation {
     const double retained =
         options.adaptive_damping ? steps_since_rest / (steps_since_rest + 3) : 1 - options.damping;
     std::vector<int> clamped(chunks(), 0);
-    side_by_side(chunks(), [&](std::size_t chunk) {
-      for_chunk(chunk, particles.size(),
-                [&](std::size_t k) { clamped[chunk] += predict(k, retained, options); });
+    for_each_particle(particles.size(), [&](std::size_t k, std::size_t chunk) {
+      clamped[chunk] += predict(k, retained, options);
     });
     std::vector<Finish> sums(chunks());
     for (int sweep = 1; sweep <= options.iterations; ++sweep) {
@@ -392,11 +306,9 @@ struct Solver::Implementation {
           [&](std::size_t k, const Vec3& push) { return Vec3(particles[k].mobility * push); },
           [&](std::size_t k) { return particles[k].mobility > 0; },
           [](std::size_t, const Vec3&) {});
-      side_by_side(chunks(), [&](std::size_t chunk) {
-        for_chunk(chunk, particles.size(), [&](std::size_t k) {
-          project_particle(k);
-          if (sweep == options.iterations) finish(k, options.time_step, sums[chunk]);
-        });
+      for_each_particle(particles.size(), [&](std::size_t k, std::size_t chunk) {
+        project_particle(k);
+        if (sweep == options.iterations) finish(k, options.time_step, sums[chunk]);
       });
     }
 
@@ -411,43 +323,11 @@ struct Solver::Implementation {
     return report;
   }
 
-  /// Elastic forces and loads at the present places, by particle.
-  Tally elastic_forces(std::vector<Slot>& to) const {
-    to.assign(particles.size(), Slot{});
-    Tally total;
-    const auto add = [&](const Tally& t) {
-      total.energy += t.energy;
-      total.carried_squares += t.carried_squares;
-      total.carried += t.carried;
-    };
-    std::vector<Tally> partial(chunks());
-    side_by_side(chunks(), [&](std::size_t chunk) {
-      for_chunk(chunk, particles.size(), [&](std::size_t k) {
-        Vec3 force = load.empty() ? Vec3::Zero() : load[k];
-        for (const Attachment& a : attachments.of(k)) {
-          const Vec3 offset = place(particles[k]) - a.target;
-          force -= offset / a.compliance;
-          partial[chunk].energy += 0.5 * offset.squaredNorm() / a.compliance;
-          partial[chunk].carried_squares += offset.squaredNorm() / (a.compliance * a.compliance);
-          partial[chunk].carried += 1;
-        }
-        put(to[k], force);
-      });
-    });
-    for (const Tally& t : partial) add(t);
-    for (const auto* phase : {&layout.within, &layout.between}) {
-      partial.assign(2 * phase->size(), Tally{});
-      side_by_side(phase->size(), [&](std::size_t k) {
-        const Task& task = (*phase)[k];
-        partial[2 * k] =
-            kernel.elastic_distance_forces(distances(task), particles.data(), to.data());
-        partial[2 * k + 1] =
-            kernel.elastic_bending_forces(bendings(task), particles.data(), to.data());
-      });
-      for (const Tally& t : partial) add(t);
-    }
+  /// Of everything but contacts between vertices, at the present places, by particle.
+  Tally all_forces(std::vector<Slot>& to) const {
+    const Tally tally = elastic_forces(elastic, particles, to);
     add_span_forces(to);
-    return total;
+    return tally;
   }
 
   struct Weighing {
@@ -512,14 +392,12 @@ struct Solver::Implementation {
 
   ForceBalance balance(std::span<const Contact> at_contacts, double tolerance) const {
     std::vector<Slot> unbalanced;
-    const Tally tally = elastic_forces(unbalanced);
+    const Tally tally = all_forces(unbalanced);
     Grouped<ClosableContact> grouped;
     group_contacts(at_contacts, grouped);
     std::vector<Weighing> parts(chunks());
-    side_by_side(chunks(), [&](std::size_t chunk) {
-      for_chunk(chunk, particles.size(), [&](std::size_t k) {
-        weigh(k, place(unbalanced[k]), std::as_const(grouped).of(k), tolerance, parts[chunk]);
-      });
+    for_each_particle(particles.size(), [&](std::size_t k, std::size_t chunk) {
+      weigh(k, place(unbalanced[k]), std::as_const(grouped).of(k), tolerance, parts[chunk]);
     });
     return conclude(tally, parts);
   }
@@ -533,30 +411,26 @@ struct Solver::Implementation {
       iterations_since_weighing = kWeighEvery;
     }
     if (++iterations_since_weighing > (spans.empty() ? kWeighEvery : kWeighFoldedEvery)) {
-      weigh_surroundings();
+      softness = measure_softness(elastic, particles);
       iterations_since_weighing = 0;
     }
     // Forces are taken where momentum alone would lead: that damps what swings fast and leaves the
     // slow motion its speed.
     const double retained = steps_since_rest / (steps_since_rest + 3);
-    side_by_side(chunks(), [&](std::size_t chunk) {
-      for_chunk(chunk, particles.size(), [&](std::size_t k) {
-        before[k] = place(particles[k]);
-        drift[k].setZero();
-        if (!(inverse_mass[k] > 0)) return;
-        drift[k] = retained * velocities[at(layout.original[k])];
-        put(particles[k], before[k] + drift[k]);
-      });
+    for_each_particle(particles.size(), [&](std::size_t k, std::size_t) {
+      before[k] = place(particles[k]);
+      drift[k].setZero();
+      if (!(inverse_mass[k] > 0)) return;
+      drift[k] = retained * velocities[at(layout.original[k])];
+      put(particles[k], before[k] + drift[k]);
     });
-    const Tally tally = elastic_forces(forces);
+    const Tally tally = all_forces(forces);
     std::vector<Weighing> parts(chunks());
     std::vector<Finish> sums(chunks());
-    side_by_side(chunks(), [&](std::size_t chunk) {
-      for_chunk(chunk, particles.size(), [&](std::size_t k) {
-        const Vec3 residual = weigh(k, place(forces[k]), std::as_const(contacts).of(k),
-                                    options.contact_tolerance, parts[chunk]);
-        if (inverse_mass[k] > 0) relax_particle(k, residual, options, sums[chunk]);
-      });
+    for_each_particle(particles.size(), [&](std::size_t k, std::size_t chunk) {
+      const Vec3 residual = weigh(k, place(forces[k]), std::as_const(contacts).of(k),
+                                  options.contact_tolerance, parts[chunk]);
+      if (inverse_mass[k] > 0) relax_particle(k, residual, options, sums[chunk]);
     });
     project_spans(
         [&](std::size_t k, const Vec3& push) { return Vec3(options.step * (softness[k] * push)); },
@@ -606,13 +480,6 @@ struct Solver::Implementation {
         move -= std::max(0.0, move.dot(c.normal)) * c.normal;
     velocities[at(layout.original[k])] = move;
   }
-
-  void weigh_surroundings() {
-    std::vector<double> own(particles.size(), 0.0);
-    for (std::size_t k = 0; k < particles.size(); ++k)
-      for (const Attachment& a : attachments.of(k)) own[k] += 1 / a.compliance;
-    softness = measure_softness(layout, particles, own);
-  }
 };
 
 Solver::Solver(const Sheet& sheet) : implementation_(std::make_unique<Implementation>(sheet)) {}
@@ -641,8 +508,7 @@ void Solver::set_positions(std::span<const Vec3> positions) {
   Implementation& s = *implementation_;
   assert(positions.size() == s.positions.size());
   s.positions.assign(positions.begin(), positions.end());
-  for (std::size_t k = 0; k < s.particles.size(); ++k)
-    put(s.particles[k], positions[at(s.layout.original[k])] - s.origin);
+  s.particles = particles_of(s.elastic, positions);
   s.rest();
 }
 
