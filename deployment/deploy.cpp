@@ -3,36 +3,65 @@
 #include <algorithm>
 #include <cmath>
 
-#include "deployment/strut_contacts.hpp"
+#include "deployment/stent_contact.hpp"
+#include "deployment/wall_levels.hpp"
 #include "stents/cover.hpp"
 #include "vessels/error.hpp"
-#include "vessels/text.hpp"
 
 namespace vstent::deployment {
 namespace {
 
-using vessels::number;
-
 // The paper's constants are in centimetres and grams; a spring of 1e5 g/s^2 is 1e5 dyn/cm = 0.1
 // N/mm, and a hinge of 1e3 g cm^2/s^2 = 1e3 erg is 0.1 N mm.
 constexpr xpbd::UniformStiffness kPaperWall{0.1, 0.1};
-// Of a strut's thickness: the most that it lifts the wall between two searches for contacts.
-constexpr double kGentle = 0.05;
-// Of a voxel: what edges and triangles are let into struts, and what may be missing to that at
-// rest. With what the field itself is wrong by, no place is then half a voxel deep.
-constexpr double kSink = 0.25, kSinkTolerance = 0.2;
+// Of a voxel: what may be missing at rest to what the wall is let into struts.
+constexpr double kSinkTolerance = 0.2;
 // While settling the wall moves so little that contacts found once serve several iterations.
 constexpr int kSettlingIterations = 10;
+// Force balance that is good enough for a shape that a finer wall, or a stent of struts, takes
+// over.
+constexpr double kRough = 0.02;
+// k dt^2/m; with kept multipliers and two sweeps or more this stays stable.
+constexpr double kKappa = 1.0;
 
-xpbd::Sheet make_wall(const Setup& setup, const std::vector<Vec3>& points) {
+struct Wall {
+  WallMesh mesh;
+  xpbd::Sheet sheet;
+  double edge_length = 0;  // mm, mean at rest
+};
+
+Wall make_wall(const Setup& setup, WallMesh mesh) {
   const Case& c = setup.specification;
+  Wall wall{std::move(mesh), {}, 0};
+  const WallMesh& m = wall.mesh;
+  if (c.paper_wall) {
+    wall.sheet = xpbd::make_sheet(m.points, m.triangles, m.pinned, kPaperWall);
+  } else {
+    xpbd::Membrane membrane{*c.youngs_modulus, *c.thickness, *c.poisson_ratio};
+    // A plate bends over wavelengths longer than it is thick. Into a cell, over a strut, the
+    // lumen's surface gives way as soft tissue does: it is bent as a sheet no thicker than it is
+    // finely cut.
+    if (setup.has_struts())
+      membrane.bending_thickness = std::min(*c.thickness, *c.patch_edge_length);
+    wall.sheet = xpbd::make_sheet(m.points, m.triangles, m.pinned, membrane);
+  }
+  for (const xpbd::DistanceConstraint& d : wall.sheet.distances)
+    wall.edge_length += d.rest_length / static_cast<double>(wall.sheet.distances.size());
+  return wall;
+}
+
+/// The patch, and before it coarser walls.
+std::vector<Wall> make_walls(const Setup& setup) {
   const vessels::Region& region = setup.region;
-  if (c.paper_wall) return xpbd::make_sheet(points, region.triangles, region.pinned, kPaperWall);
-  xpbd::Membrane membrane{*c.youngs_modulus, *c.thickness, *c.poisson_ratio};
-  // A plate bends over wavelengths longer than it is thick. Into a cell, over a strut, the lumen's
-  // surface gives way as soft tissue does: it is bent as a sheet no thicker than it is finely cut.
-  if (setup.has_struts()) membrane.bending_thickness = std::min(*c.thickness, *c.patch_edge_length);
-  return xpbd::make_sheet(points, region.triangles, region.pinned, membrane);
+  WallMesh patch{{}, region.triangles, region.pinned};
+  for (const int v : region.vertices)
+    patch.points.push_back(setup.surface.mesh.points[static_cast<std::size_t>(v)]);
+  std::vector<Wall> walls;
+  if (grows_on_coarser_walls(setup.specification))
+    for (const double spacing : level_spacings(patch.points.size(), region.median_edge))
+      walls.push_back(make_wall(setup, coarsened(patch, spacing)));
+  walls.push_back(make_wall(setup, std::move(patch)));
+  return walls;
 }
 
 void require_numbers(std::span<const Vec3> positions, const vessels::Region& region, int step) {
@@ -46,200 +75,169 @@ void require_numbers(std::span<const Vec3> positions, const vessels::Region& reg
   }
 }
 
-}  // namespace
-
-std::vector<xpbd::Contact> find_contacts(const sdf::LevelSet& stent,
-                                         std::span<const Vec3> positions,
-                                         std::span<const char> pinned, double contact_distance,
-                                         double reach, double stiffness) {
-  std::vector<sdf::Sample> samples(positions.size());
-  stent.sample(positions, samples);
-  std::vector<xpbd::Contact> contacts;
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    if (pinned[i] || samples[i].distance >= contact_distance + reach) continue;
-    if (samples[i].gradient.isZero()) {
-      if (samples[i].distance > 0) continue;
-      throw Error(ExitCode::numerical,
-                  "a wall vertex at " + vessels::place(positions[i]) +
-                      " mm lies deeper inside the stent than its level set reaches; "
-                      "try a smaller growth_per_step or a stiffer contact");
-    }
-    xpbd::Contact contact;
-    contact.vertex = static_cast<int>(i);
-    contact.normal = samples[i].gradient;
-    contact.offset = contact.normal.dot(positions[i]) + contact_distance - samples[i].distance;
-    contact.stiffness = stiffness;
-    contacts.push_back(contact);
-  }
-  return contacts;
-}
-
-namespace {
-
-/// Of the balloon's level set, mm.
-double balloon_voxel_size(const Setup& setup) {
-  const Case& c = setup.specification;
-  return setup.has_struts() ? std::min(setup.stent.diameter / 50, *c.contact_distance)
-                            : *c.voxel_size;
-}
-
-/// The stent as the wall meets it: its distance field at the present size, and the contacts found
-/// with it. Struts are carried outwards on a balloon, which holds the wall between them as well:
-/// so the wall comes down on the struts from outside and cannot slip past one.
-class StentContact {
+/// One deployment: the steps in turn, recorded and shown to the observer as they come.
+class Run {
  public:
-  explicit StentContact(const Setup& setup) : setup_(setup) {
-    const Case& c = setup.specification;
-    contact_distance_ = *c.contact_distance;
-    reach_ = 3 * *c.growth_per_step;
-    if (setup.has_struts()) return;
-    stiffness_ = c.contact_stiffness.value_or(0);
-    // Under soft contact the wall rests inside the stent, the deeper the softer it is.
-    if (stiffness_ > 0) sink_ = 0.25 * setup.stent.diameter / 2;
+  Run(const Setup& setup, const Observer& observe)
+      : setup_(setup),
+        case_(setup.specification),
+        observe_(observe),
+        stent_(setup),
+        walls_(make_walls(setup)) {
+    for (std::size_t level = 0; level + 1 < walls_.size(); ++level)
+      finer_.emplace_back(walls_[level].mesh, walls_[level + 1].mesh);
   }
 
-  /// `voxel_size` in mm: a growing stent needs no finer field than its steps.
-  void grow(StentState state, double voxel_size) {
-    // Nodal gradients see 2.45 voxels around a point; the wall may enter by the growth of a step
-    // and leave by the reach.
-    const double half_width = (contact_distance_ + 2 * reach_ + sink_) / voxel_size + 3.5;
-    field_ = sdf::voxelise(envelope_of(setup_, state, contact_distance_), {voxel_size, half_width});
-    state_ = std::move(state);
-  }
-
-  /// Takes the balloon away: the wall settles on the struts, or on the sleeve of a graft.
-  void deflate(StentState state) {
-    const Case& c = setup_.specification;
-    const stents::Cover& cover = setup_.design_specification.cover;
-    if (stents::covered(cover)) {
-      for (double& r : state.radii) r += cover.outer;
-      return grow(std::move(state), balloon_voxel_size(setup_));
-    }
-    reach_ = setup_.strut.half();
-    state_ = std::move(state);
-    contacts_.clear();
-    const double half_width = (2 * reach_ + *c.patch_edge_length) / *c.voxel_size + 2.5;
-    field_ = voxelised(shape_of(setup_, state_), {*c.voxel_size, half_width});
-    struts_.emplace(setup_.region.triangles, setup_.region.pinned,
-                    StrutContactOptions{
-                        .reach = reach_, .spacing = 0.5 * reach_, .sink = kSink * *c.voxel_size});
-  }
-
-  void find(std::span<const Vec3> positions) {
-    if (struts_) {
-      const double gentle = kGentle * setup_.strut.thickness;
-      struts_->update(*field_, positions, gentle);
+  Outcome finish() {
+    grow();
+    const bool bare = setup_.has_struts() && !stents::covered(setup_.design_specification.cover);
+    if (!stent_.rigid()) {
+      settle_by_relaxation();
     } else {
-      contacts_ = find_contacts(*field_, positions, setup_.region.pinned, contact_distance_, reach_,
-                                stiffness_);
+      for (level_ = 0; level_ < walls_.size(); ++level_) {
+        const bool last = level_ + 1 == walls_.size() && !setup_.has_struts();
+        settle_on_surface(last ? *case_.tolerance : kRough);
+        if (level_ + 1 < walls_.size()) places_ = finer_[level_](places_);
+      }
+      level_ = walls_.size() - 1;
+      if (setup_.has_struts()) stent_.deflate(stent_state(setup_, 1));
+      if (bare) settle_by_relaxation();
+      if (setup_.has_struts() && !bare) settle_on_surface(*case_.tolerance);
     }
+    return std::move(outcome_);
   }
-
-  std::span<const xpbd::Contact> vertices() const { return contacts_; }
-  std::span<const xpbd::SpanContact> spans() const {
-    return struts_ ? struts_->contacts() : std::span<const xpbd::SpanContact>();
-  }
-  const StentState& state() const { return state_; }
-  double deepest() const { return struts_ ? struts_->deepest() : 0; }
-
-  /// mm: how far the wall may move on the contacts found: no further than to where it would come
-  /// upon a strut that it did not see.
-  double safe_move() const {
-    return struts_ ? 0.5 * reach_ : std::numeric_limits<double>::infinity();
-  }
-
-  /// mm: how far the wall may move in an iteration without losing its contacts.
-  double step_limit() const { return struts_ ? 0.5 * reach_ : 0.5 * contact_distance_; }
 
  private:
+  /// Algorithm 1 of the paper on the coarsest wall.
+  void grow() {
+    Wall& wall = walls_.front();
+    xpbd::StepOptions options;
+    options.iterations = *case_.iterations;
+    options.velocity_limit = stent_.step_limit();
+    options.adaptive_damping = true;
+    xpbd::scale_masses(wall.sheet, options.time_step, kKappa);
+    xpbd::Solver solver(wall.sheet);
+    const int steps = growth_steps(setup_);
+    for (int step = 1; step <= steps; ++step) {
+      StepRecord record;
+      record.expansion = static_cast<double>(step) / steps;
+      stent_.grow(inflated(setup_, stent_state(setup_, record.expansion), record.expansion),
+                  step < steps);
+      stent_.find(solver.positions(), wall.mesh.pinned);
+      record.largest_move = solver.step(stent_.vertices(), options).largest_move;
+      places_.assign(solver.positions().begin(), solver.positions().end());
+      note(record, solver.balance(stent_.vertices(), relaxation().contact_tolerance));
+    }
+  }
+
+  bool may_go_on() const { return settling_steps_ < *case_.max_settling_steps; }
+
+  void settle_on_surface(double tolerance) {
+    const Wall& wall = walls_[level_];
+    xpbd::Equilibrium equilibrium(wall.sheet, places_, stent_.exact_surface());
+    outcome_.converged = false;
+    while (!outcome_.converged && may_go_on()) {
+      StepRecord record;
+      record.settling = true;
+      for (int i = 0; i < kSettlingIterations && !outcome_.converged; ++i) {
+        const xpbd::RelaxReport report = equilibrium.iterate({.largest_move = wall.edge_length});
+        record.largest_move = std::max(record.largest_move, report.largest_move);
+        outcome_.converged = report.balance.relative <= tolerance;
+      }
+      places_.assign(equilibrium.positions().begin(), equilibrium.positions().end());
+      note(record, equilibrium.balance());
+    }
+  }
+
+  xpbd::RelaxOptions relaxation() const {
+    return {.step = 1.3,
+            .largest_move = stent_.step_limit(),
+            .contact_tolerance = 2e-3 * stent_.step_limit()};
+  }
+
+  /// On struts, whose contacts lie between vertices, and on soft stents.
+  void settle_by_relaxation() {
+    const Wall& wall = walls_.back();
+    xpbd::Solver solver(wall.sheet);
+    solver.set_positions(places_);
+    const auto find = [&] {
+      if (stent_.on_struts())
+        stent_.find_on_struts(solver.positions());
+      else
+        stent_.find(solver.positions(), wall.mesh.pinned);
+    };
+    const xpbd::RelaxOptions options = relaxation();
+    outcome_.converged = false;
+    while (!outcome_.converged && may_go_on()) {
+      StepRecord record;
+      record.settling = true;
+      find();
+      record.deepest = stent_.deepest();
+      xpbd::ForceBalance balance;
+      double moved = 0;
+      for (int i = 0; i < kSettlingIterations; ++i) {
+        if (moved > stent_.safe_move()) {
+          find();
+          moved = 0;
+        }
+        const xpbd::RelaxReport report = solver.relax(stent_.vertices(), options, stent_.spans());
+        record.largest_move = std::max(record.largest_move, report.largest_move);
+        moved += report.largest_move;
+        balance = report.balance;
+      }
+      outcome_.converged = balance.relative <= *case_.tolerance &&
+                           record.deepest <= kSinkTolerance * *case_.voxel_size;
+      places_.assign(solver.positions().begin(), solver.positions().end());
+      note(record, balance);
+    }
+  }
+
+  /// Completes the record, keeps it, and shows it with the places that the finest wall would have.
+  void note(StepRecord record, const xpbd::ForceBalance& balance) {
+    record.step = static_cast<int>(outcome_.history.size()) + 1;
+    if (record.settling) {
+      record.expansion = 1;
+      ++settling_steps_;
+    }
+    record.vertices = static_cast<int>(places_.size());
+    record.radius = stent_.state().radii.front();
+    record.straightening = stent_.state().straightening;
+    record.contacts = balance.in_contact;
+    record.residual = balance.relative;
+    record.contact_force = balance.contact_force_sum;
+    record.energy = balance.energy;
+    outcome_.history.push_back(record);
+    std::vector<Vec3> finest = places_;
+    for (std::size_t level = level_; level < finer_.size(); ++level) finest = finer_[level](finest);
+    require_numbers(finest, setup_.region, record.step);
+    if (observe_ && !observe_(record, finest))
+      throw Error(ExitCode::interrupted, "stopped on request");
+    if (level_ + 1 == walls_.size()) outcome_.patch = std::move(finest);
+  }
+
   const Setup& setup_;
-  StentState state_;
-  std::optional<sdf::LevelSet> field_;
-  std::optional<StrutContacts> struts_;
-  double contact_distance_ = 0, reach_ = 0, stiffness_ = 0, sink_ = 0;
-  std::vector<xpbd::Contact> contacts_;
+  const Case& case_;
+  const Observer& observe_;
+  StentContact stent_;
+  std::vector<Wall> walls_;          // from coarse to fine
+  std::vector<Prolongation> finer_;  // from each to the next
+  std::size_t level_ = 0;
+  std::vector<Vec3> places_;  // of the wall at this level
+  int settling_steps_ = 0;
+  Outcome outcome_;
 };
 
 }  // namespace
 
 Outcome deploy(const Setup& setup, const Observer& observe) {
-  const Case& c = setup.specification;
   const vessels::Region& region = setup.region;
-  std::vector<Vec3> points;
-  for (const int v : region.vertices)
-    points.push_back(setup.surface.mesh.points[static_cast<std::size_t>(v)]);
-  xpbd::Sheet wall = make_wall(setup, points);
-  const double kappa =
-      1.0;  // k dt^2/m; with kept multipliers and two sweeps or more this stays stable
-  StentContact stent(setup);
-  xpbd::StepOptions growing;
-  growing.iterations = *c.iterations;
-  growing.velocity_limit = stent.step_limit();
-  growing.adaptive_damping = true;
-  xpbd::scale_masses(wall, growing.time_step, kappa);
-  xpbd::RelaxOptions settling;
-  settling.step = 1.3;
-  const auto limit_settling = [&] {
-    settling.largest_move = stent.step_limit();
-    settling.contact_tolerance = 2e-3 * stent.step_limit();
-  };
-  limit_settling();
-  xpbd::Solver solver(wall);
-
-  Outcome outcome;
-  const int growth = growth_steps(setup);
-  const double voxel_size = balloon_voxel_size(setup);
-  for (int step = 1; step <= growth + *c.max_settling_steps && !outcome.converged; ++step) {
-    StepRecord record;
-    record.step = step;
-    record.settling = step > growth;
-    record.expansion = std::min(1.0, static_cast<double>(step) / growth);
-    if (!record.settling) {
-      stent.grow(inflated(setup, stent_state(setup, record.expansion), record.expansion),
-                 step < growth ? 2 * voxel_size : voxel_size);
-    } else if (setup.has_struts() && step == growth + 1) {
-      stent.deflate(stent_state(setup, 1));
-      limit_settling();
-    }
-    stent.find(solver.positions());
-    record.deepest = stent.deepest();
-    xpbd::ForceBalance balance;
-    if (record.settling) {
-      double moved = 0;
-      for (int i = 0; i < kSettlingIterations; ++i) {
-        if (moved > stent.safe_move()) {
-          stent.find(solver.positions());
-          moved = 0;
-        }
-        const xpbd::RelaxReport report = solver.relax(stent.vertices(), settling, stent.spans());
-        record.largest_move = std::max(record.largest_move, report.largest_move);
-        moved += report.largest_move;
-        balance = report.balance;
-      }
-      outcome.converged =
-          balance.relative <= *c.tolerance && record.deepest <= kSinkTolerance * *c.voxel_size;
-    } else {
-      record.largest_move = solver.step(stent.vertices(), growing, stent.spans()).largest_move;
-      balance = solver.balance(stent.vertices(), settling.contact_tolerance);
-    }
-    require_numbers(solver.positions(), region, step);
-    record.radius = stent.state().radii.front();
-    record.straightening = stent.state().straightening;
-    record.contacts = balance.in_contact;
-    record.residual = balance.relative;
-    record.contact_force = balance.contact_force_sum;
-    record.energy = balance.energy;
-    outcome.history.push_back(record);
-    if (observe && !observe(record, solver.positions()))
-      throw Error(ExitCode::interrupted, "stopped on request");
-  }
-
+  Outcome outcome = Run(setup, observe).finish();
   outcome.positions = setup.surface.mesh.points;
   outcome.moved.assign(outcome.positions.size(), 0);
   for (std::size_t i = 0; i < region.vertices.size(); ++i) {
     const auto v = static_cast<std::size_t>(region.vertices[i]);
     if (region.pinned[i]) continue;
-    outcome.positions[v] = solver.positions()[i];
+    outcome.positions[v] = outcome.patch[i];
     outcome.moved[v] = 1;
   }
   StentState final_state = stent_state(setup, 1);

@@ -22,6 +22,7 @@ struct StepRecord {
   double deepest = 0;  ///< mm, as the step began: the wall inside struts, beyond what it is let
   double contact_force = 0;  ///< N, sum
   double energy = 0;         ///< N mm, stored in the wall
+  int vertices = 0;          ///< of the wall that was solved: coarse first, the patch at the end
 };
 
 struct Outcome {
@@ -33,6 +34,7 @@ struct Outcome {
   std::optional<stents::PlacedStent> struts;
   std::shared_ptr<const stents::SurfaceMap> surface;  ///< null for all but a surface
   std::vector<StepRecord> history;
+  std::vector<Vec3> patch;  ///< of the patch's vertices, mm
   bool converged = false;
   double contact_force = 0;  ///< N, sum over the vertices in contact
 };
@@ -40,13 +42,6 @@ struct Outcome {
 /// Called after every step with the record and the vertices of the patch; a false return stops the
 /// run.
 using Observer = std::function<bool(const StepRecord&, std::span<const Vec3> patch_positions)>;
-
-/// Contacts of the points that may come within `reach` (mm) of the distance `contact_distance` from
-/// the level set. \throws Error (numerical) for a point deeper inside than the level set's band
-std::vector<xpbd::Contact> find_contacts(const sdf::LevelSet& stent,
-                                         std::span<const Vec3> positions,
-                                         std::span<const char> pinned, double contact_distance,
-                                         double reach, double stiffness);
 
 /// \throws Error (numerical) when a position stops being a number; (interrupted) when the observer
 /// says stop

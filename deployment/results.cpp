@@ -25,12 +25,12 @@ std::string history_csv(const std::vector<StepRecord>& history) {
   std::ostringstream csv;
   csv << "step,settling,expansion,radius_mm,straightening,contacts,largest_move_mm,relative_"
          "residual,contact_force_N,"
-         "energy_N_mm,deepest_in_struts_mm\n";
+         "energy_N_mm,deepest_in_struts_mm,vertices\n";
   for (const StepRecord& r : history) {
     csv << r.step << ',' << r.settling << ',' << text(r.expansion) << ',' << text(r.radius) << ','
         << text(r.straightening) << ',' << r.contacts << ',' << text(r.largest_move) << ','
         << text(r.residual) << ',' << text(r.contact_force) << ',' << text(r.energy) << ','
-        << text(r.deepest) << '\n';
+        << text(r.deepest) << ',' << r.vertices << '\n';
   }
   return csv.str();
 }

@@ -7,6 +7,7 @@
 
 #include "deployment/design_file.hpp"
 #include "deployment/stent_model.hpp"
+#include "deployment/wall_levels.hpp"
 #include "sdf/mesh_distance.hpp"
 #include "sdf/polyline.hpp"
 #include "vessels/error.hpp"
@@ -452,7 +453,7 @@ void derive_solver(Setup& setup) {
   Case& c = setup.specification;
   if (!c.iterations) c.iterations = 4;
   // Over struts contacts between vertices come and go until the end.
-  if (!c.tolerance) c.tolerance = setup.has_struts() ? 0.01 : 1e-3;
+  if (!c.tolerance) c.tolerance = setup.has_struts() ? 0.01 : 2e-4;
   if (!c.max_settling_steps) c.max_settling_steps = 20000;
 }
 
@@ -461,8 +462,15 @@ void derive_growth(Setup& setup) {
   Case& c = setup.specification;
   const double radius = 0.5 * *c.diameter;
   const double edge = setup.region.median_edge;
-  if (!c.contact_distance) c.contact_distance = std::min(0.5 * edge, 0.1 * radius);
-  if (!c.growth_per_step) c.growth_per_step = std::min(0.15 * edge, 0.5 * *c.contact_distance);
+  const std::vector<double> spacings = grows_on_coarser_walls(c)
+                                           ? level_spacings(setup.region.vertices.size(), edge)
+                                           : std::vector<double>();
+  const double growing_edge = spacings.empty() ? edge : spacings.front();
+  // The balloon's edge leaves no trace under struts; a smooth stent's is as sharp as the mesh.
+  const double touching_edge = setup.has_struts() ? growing_edge : edge;
+  if (!c.contact_distance) c.contact_distance = std::min(0.5 * touching_edge, 0.1 * radius);
+  if (!c.growth_per_step)
+    c.growth_per_step = std::min(0.15 * growing_edge, 0.5 * *c.contact_distance);
   if (*c.contact_distance >= 0.5 * radius) {
     throw Error(ExitCode::usage, c.surface.string() +
                                      ": /contact/distance: " + mm(*c.contact_distance) +

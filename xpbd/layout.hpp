@@ -29,4 +29,26 @@ struct Layout {
 
 Layout make_layout(const Sheet& sheet);
 
+/// visit(i, j, rest length, stiffness) for every distance; i and j count particles.
+template <class Visit>
+void for_each_distance(const Layout& layout, const Visit& visit) {
+  for (const DistanceBatch& batch : layout.distances)
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      if (lane > 0 && batch.i[lane] == batch.i[0]) break;  // copies fill a short batch
+      visit(batch.i[lane], batch.j[lane], batch.rest[lane], 1 / batch.compliance[lane]);
+    }
+}
+
+/// visit({edge_a, edge_b, wing_a, wing_b}, rest angle, stiffness) for every hinge.
+template <class Visit>
+void for_each_bending(const Layout& layout, const Visit& visit) {
+  for (const BendingBatch& batch : layout.bendings)
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      if (lane > 0 && batch.vertex[0][lane] == batch.vertex[0][0]) break;
+      visit(std::array<int, 4>{batch.vertex[0][lane], batch.vertex[1][lane], batch.vertex[2][lane],
+                               batch.vertex[3][lane]},
+            batch.rest[lane], 1 / batch.compliance[lane]);
+    }
+}
+
 }  // namespace vstent::xpbd

@@ -46,38 +46,30 @@ std::vector<Softness> measure_softness(const Layout& layout, std::span<const Slo
                                        std::span<const double> own) {
   Blocks blocks(particles.size());
   const auto x = [&](int k) { return place(particles[at(k)]); };
-  for (const DistanceBatch& batch : layout.distances)
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      const std::array<int, 2> v{batch.i[lane], batch.j[lane]};
-      if (lane > 0 && v[0] == batch.i[0]) break;
-      const Vec3 edge = x(v[1]) - x(v[0]);
-      const double length = edge.norm(), stiffness = 1 / batch.compliance[lane];
-      if (!(length > 0)) continue;
-      const Vec3 along = edge / length;
-      blocks.add<2>(v, {-along, along}, stiffness);
-      // What a compressed spring takes away counts as if it were tension: it may come back.
-      const double across = stiffness * std::abs(1 - batch.rest[lane] / length);
-      const Eigen::Matrix3d plane = Eigen::Matrix3d::Identity() - along * along.transpose();
-      for (int end : v) blocks[at(end)] += 2 * across * plane;
-    }
-  for (const BendingBatch& batch : layout.bendings)
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      const std::array<int, 4> v{batch.vertex[0][lane], batch.vertex[1][lane],
-                                 batch.vertex[2][lane], batch.vertex[3][lane]};
-      if (lane > 0 && v[0] == batch.vertex[0][0]) break;
-      std::array<Vec3, 4> gradient;
-      const double angle = hinge_angle(x(v[0]), x(v[1]), x(v[2]), x(v[3]), &gradient);
-      const double stiffness = 1 / batch.compliance[lane];
-      blocks.add<4>(v, gradient, stiffness);
-      // A turned hinge's moment changes direction as its triangles do: its second derivatives are
-      // of the order of products of its gradients.
-      double total = 0;
-      for (const Vec3& g : gradient) total += g.norm();
-      const double moment =
-          stiffness * std::abs(std::remainder(angle - batch.rest[lane], 2 * std::numbers::pi));
-      for (std::size_t k = 0; k < 4; ++k)
-        blocks[at(v[k])].diagonal().array() += moment * total * gradient[k].norm();
-    }
+  for_each_distance(layout, [&](int i, int j, double rest, double stiffness) {
+    const std::array<int, 2> v{i, j};
+    const Vec3 edge = x(j) - x(i);
+    const double length = edge.norm();
+    if (!(length > 0)) return;
+    const Vec3 along = edge / length;
+    blocks.add<2>(v, {-along, along}, stiffness);
+    // What a compressed spring takes away counts as if it were tension: it may come back.
+    const double across = stiffness * std::abs(1 - rest / length);
+    const Eigen::Matrix3d plane = Eigen::Matrix3d::Identity() - along * along.transpose();
+    for (int end : v) blocks[at(end)] += 2 * across * plane;
+  });
+  for_each_bending(layout, [&](const std::array<int, 4>& v, double rest, double stiffness) {
+    std::array<Vec3, 4> gradient;
+    const double angle = hinge_angle(x(v[0]), x(v[1]), x(v[2]), x(v[3]), &gradient);
+    blocks.add<4>(v, gradient, stiffness);
+    // A turned hinge's moment changes direction as its triangles do: its second derivatives are
+    // of the order of products of its gradients.
+    double total = 0;
+    for (const Vec3& g : gradient) total += g.norm();
+    const double moment = stiffness * std::abs(std::remainder(angle - rest, 2 * std::numbers::pi));
+    for (std::size_t k = 0; k < 4; ++k)
+      blocks[at(v[k])].diagonal().array() += moment * total * gradient[k].norm();
+  });
   std::vector<Softness> softness(particles.size());
   for (std::size_t k = 0; k < softness.size(); ++k) {
     Eigen::Matrix3d stiffness = blocks[k] + own[k] * Eigen::Matrix3d::Identity();

@@ -7,6 +7,7 @@
 
 #include "xpbd/elastic_sheet.hpp"
 #include "xpbd/parallel.hpp"
+#include "xpbd/unbalanced.hpp"
 
 namespace vstent::xpbd {
 namespace {
@@ -330,15 +331,10 @@ struct Solver::Implementation {
     return tally;
   }
 
-  struct Weighing {
-    double squares = 0, largest = 0, contact_sum = 0;
-    int free = 0, in_contact = 0, worst = -1;
-  };
-
   /// What is unbalanced at particle k under `force` and what its closed contacts give back; adds it
   /// to `sums`.
   Vec3 weigh(std::size_t k, Vec3 force, std::span<const ClosableContact> at_k, double tolerance,
-             Weighing& sums) const {
+             Unbalanced& sums) const {
     if (!(inverse_mass[k] > 0)) return Vec3::Zero();
     for (const ClosableContact& c : at_k) {
       const double gap = c.normal.dot(place(particles[k])) - c.offset;
@@ -347,47 +343,20 @@ struct Solver::Implementation {
       const double push = c.compliance > 0 ? -gap / c.compliance : -force.dot(c.normal);
       if (!(push > 0)) continue;
       force += push * c.normal;
-      sums.contact_sum += push;
-      ++sums.in_contact;
+      sums.add_contact(push);
     }
-    const double square = force.squaredNorm();
-    sums.squares += square;
-    ++sums.free;
-    if (square > sums.largest) {
-      sums.largest = square;
-      sums.worst = layout.original[k];
-    }
+    sums.add(force, layout.original[k]);
     return force;
   }
 
-  ForceBalance conclude(const Tally& tally, std::span<const Weighing> parts) const {
-    Weighing all;
+  ForceBalance conclude(const Tally& tally, std::span<const Unbalanced> parts) const {
+    Unbalanced all;
     for (const ClosableSpan& c : spans) {
       all.contact_sum += c.force;
       all.in_contact += c.force > 0;
     }
-    for (const Weighing& part : parts) {
-      all.squares += part.squares;
-      all.contact_sum += part.contact_sum;
-      all.free += part.free;
-      all.in_contact += part.in_contact;
-      if (part.largest > all.largest) {
-        all.largest = part.largest;
-        all.worst = part.worst;
-      }
-    }
-    ForceBalance balance;
-    balance.energy = tally.energy;
-    balance.contact_force_sum = all.contact_sum;
-    balance.in_contact = all.in_contact;
-    balance.worst_vertex = all.worst;
-    balance.residual_max = std::sqrt(all.largest);
-    if (all.free > 0) balance.residual_rms = std::sqrt(all.squares / all.free);
-    if (all.in_contact > 0) balance.contact_force_mean = all.contact_sum / all.in_contact;
-    const double carried = tally.carried > 0 ? std::sqrt(tally.carried_squares / tally.carried) : 0;
-    const double scale = all.in_contact > 0 ? balance.contact_force_mean : carried;
-    balance.relative = scale > 0 ? balance.residual_rms / scale : 0;
-    return balance;
+    for (const Unbalanced& part : parts) all.merge(part);
+    return all.conclude(tally);
   }
 
   ForceBalance balance(std::span<const Contact> at_contacts, double tolerance) const {
@@ -395,7 +364,7 @@ struct Solver::Implementation {
     const Tally tally = all_forces(unbalanced);
     Grouped<ClosableContact> grouped;
     group_contacts(at_contacts, grouped);
-    std::vector<Weighing> parts(chunks());
+    std::vector<Unbalanced> parts(chunks());
     for_each_particle(particles.size(), [&](std::size_t k, std::size_t chunk) {
       weigh(k, place(unbalanced[k]), std::as_const(grouped).of(k), tolerance, parts[chunk]);
     });
@@ -425,7 +394,7 @@ struct Solver::Implementation {
       put(particles[k], before[k] + drift[k]);
     });
     const Tally tally = all_forces(forces);
-    std::vector<Weighing> parts(chunks());
+    std::vector<Unbalanced> parts(chunks());
     std::vector<Finish> sums(chunks());
     for_each_particle(particles.size(), [&](std::size_t k, std::size_t chunk) {
       const Vec3 residual = weigh(k, place(forces[k]), std::as_const(contacts).of(k),

@@ -1,0 +1,110 @@
+#include "deployment/stent_contact.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sdf/exact_field.hpp"
+#include "stents/cover.hpp"
+#include "vessels/error.hpp"
+#include "vessels/text.hpp"
+
+namespace vstent::deployment {
+namespace {
+
+// Of a strut's thickness: the most that it lifts the wall between two searches for contacts.
+constexpr double kGentle = 0.05;
+// Of a voxel: what edges and triangles are let into struts. With what the field itself is wrong by,
+// no place is then half a voxel deep.
+constexpr double kSink = 0.25;
+
+/// Of the balloon's level set, mm.
+double balloon_voxel_size(const Setup& setup) {
+  const Case& c = setup.specification;
+  return setup.has_struts() ? std::min(setup.stent.diameter / 50, *c.contact_distance)
+                            : *c.voxel_size;
+}
+
+}  // namespace
+
+std::vector<xpbd::Contact> find_contacts(const sdf::LevelSet& stent,
+                                         std::span<const Vec3> positions,
+                                         std::span<const char> pinned, double contact_distance,
+                                         double reach, double stiffness) {
+  std::vector<sdf::Sample> samples(positions.size());
+  stent.sample(positions, samples);
+  std::vector<xpbd::Contact> contacts;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    if (pinned[i] || samples[i].distance >= contact_distance + reach) continue;
+    if (samples[i].gradient.isZero()) {
+      if (samples[i].distance > 0) continue;
+      throw Error(ExitCode::numerical,
+                  "a wall vertex at " + vessels::place(positions[i]) +
+                      " mm lies deeper inside the stent than its level set reaches; "
+                      "try a smaller growth_per_step or a stiffer contact");
+    }
+    xpbd::Contact contact;
+    contact.vertex = static_cast<int>(i);
+    contact.normal = samples[i].gradient;
+    contact.offset = contact.normal.dot(positions[i]) + contact_distance - samples[i].distance;
+    contact.stiffness = stiffness;
+    contacts.push_back(contact);
+  }
+  return contacts;
+}
+
+StentContact::StentContact(const Setup& setup) : setup_(setup) {
+  const Case& c = setup.specification;
+  contact_distance_ = *c.contact_distance;
+  reach_ = 3 * *c.growth_per_step;
+  if (setup.has_struts()) return;
+  stiffness_ = c.contact_stiffness.value_or(0);
+  // Under soft contact the wall rests inside the stent, the deeper the softer it is.
+  if (stiffness_ > 0) sink_ = 0.25 * setup.stent.diameter / 2;
+}
+
+void StentContact::grow(StentState state, bool coarse_field) {
+  const double voxel_size = (coarse_field ? 2 : 1) * balloon_voxel_size(setup_);
+  // Nodal gradients see 2.45 voxels around a point; the wall may enter by the growth of a step
+  // and leave by the reach.
+  const double half_width = (contact_distance_ + 2 * reach_ + sink_) / voxel_size + 3.5;
+  field_ = sdf::voxelise(envelope_of(setup_, state, contact_distance_), {voxel_size, half_width});
+  state_ = std::move(state);
+}
+
+void StentContact::deflate(StentState state) {
+  const Case& c = setup_.specification;
+  const stents::Cover& cover = setup_.design_specification.cover;
+  if (stents::covered(cover)) {
+    for (double& r : state.radii) r += cover.outer;
+    return grow(std::move(state), false);
+  }
+  reach_ = setup_.strut.half();
+  state_ = std::move(state);
+  contacts_.clear();
+  const double half_width = (2 * reach_ + *c.patch_edge_length) / *c.voxel_size + 2.5;
+  field_ = voxelised(shape_of(setup_, state_), {*c.voxel_size, half_width});
+  struts_.emplace(
+      setup_.region.triangles, setup_.region.pinned,
+      StrutContactOptions{.reach = reach_, .spacing = 0.5 * reach_, .sink = kSink * *c.voxel_size});
+}
+
+void StentContact::find(std::span<const Vec3> positions, std::span<const char> pinned) {
+  contacts_ = find_contacts(*field_, positions, pinned, contact_distance_, reach_, stiffness_);
+}
+
+void StentContact::find_on_struts(std::span<const Vec3> positions) {
+  struts_->update(*field_, positions, kGentle * setup_.strut.thickness);
+}
+
+xpbd::ContactField StentContact::exact_surface() const {
+  return [field = std::make_shared<const sdf::ExactField>(
+              envelope_of(setup_, state_, contact_distance_)),
+          rest = contact_distance_](std::span<const Vec3> places, std::span<xpbd::Gap> gaps) {
+    std::vector<sdf::Sample> samples(places.size());
+    field->sample(places, samples);
+    for (std::size_t i = 0; i < places.size(); ++i)
+      gaps[i] = {samples[i].distance - rest, samples[i].gradient};
+  };
+}
+
+}  // namespace vstent::deployment

@@ -1,0 +1,47 @@
+// Rigid motions of neighbourhoods: the soft, wide motions of a sheet that single particles learn of
+// only edge by edge.
+#pragma once
+
+#include <Eigen/SparseCholesky>
+#include <vector>
+
+#include "xpbd/elastic_sheet.hpp"
+
+namespace vstent::xpbd {
+
+/// A coarse model of the sheet: free particles are gathered into neighbourhoods that move rigidly.
+/// Answers a field of forces with the motion of neighbourhoods that balances it, from a sparse
+/// factorisation: the coarse half of a two-level preconditioner (additive Schwarz with the
+/// nullspace of an unsupported shell, as in smoothed aggregation; Vanek, Mandel & Brezina 1996).
+class CoarseSpace {
+ public:
+  CoarseSpace(const ElasticSheet& sheet, std::span<const Slot> particles);
+
+  /// Takes the stiffness at these places. `held`: unit normals along which a particle cannot move,
+  /// zero for the others.
+  void update(const ElasticSheet& sheet, std::span<const Slot> particles,
+              std::span<const Vec3> held);
+
+  /// Adds the answer to `forces` to `moves`; both by particle.
+  void add_answer(std::span<const Vec3> forces, std::span<Vec3> moves) const;
+
+  int neighbourhoods() const { return static_cast<int>(centres_.size()); }
+
+ private:
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+  Matrix6& block(int a, int b);
+
+  std::vector<int> home_;                          // neighbourhood of each particle, -1: none
+  std::vector<int> first_;                         // of each neighbourhood in members_
+  std::vector<int> members_;                       // particles, by neighbourhood
+  std::vector<Vec3> centres_;                      // by neighbourhood
+  std::vector<Vec3> arms_;                         // from its centre, by particle
+  std::vector<int> first_neighbour_, neighbours_;  // b <= a of each neighbourhood a, ascending
+  std::vector<Matrix6> blocks_;                    // the lower half, beside neighbours_
+  Eigen::SparseMatrix<double> matrix_;
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors_;
+  bool analysed_ = false;
+};
+
+}  // namespace vstent::xpbd

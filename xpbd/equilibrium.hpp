@@ -1,0 +1,51 @@
+// Static equilibrium of a sheet around a rigid body, to any tolerance.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "xpbd/solver.hpp"
+
+namespace vstent::xpbd {
+
+/// Where a place lies to the surface that the sheet rests on.
+struct Gap {
+  double distance = 0;         ///< mm, exact; negative inside
+  Vec3 normal = Vec3::Zero();  ///< unit, outwards; zero: far outside, `distance` is a lower bound
+};
+
+/// Gaps of places. Distances must be exact: a place moved by -distance along the normal lies on the
+/// surface.
+using ContactField = std::function<void(std::span<const Vec3> places, std::span<Gap> gaps)>;
+
+struct EquilibriumOptions {
+  double largest_move = 0.5;  ///< mm that a particle may move in an iteration
+  /// Iterations between looks at the stiffness that preconditions the search.
+  int renewal = 40;
+};
+
+/// Minimises the sheet's elastic energy over all places outside a body: particles in contact slide
+/// on its surface without friction and leave it when they are pulled. Nonlinear conjugate gradients
+/// on that surface (Polak & Ribiere, restarted), preconditioned on two levels: the 3x3 stiffness
+/// around each particle, and rigid motions of neighbourhoods (CoarseSpace). The minimum is that of
+/// the very energy that Solver projects; masses and time have no part in it. Results are
+/// bit-identical for any number of threads.
+class Equilibrium {
+ public:
+  /// `start`: by vertex; particles inside the body are put on its surface. Pinned vertices stay.
+  Equilibrium(const Sheet& sheet, std::span<const Vec3> start, ContactField field);
+  ~Equilibrium();
+  Equilibrium(Equilibrium&&) noexcept;
+
+  /// One iteration; the balance is that of the places it leads to.
+  RelaxReport iterate(const EquilibriumOptions& options);
+
+  std::span<const Vec3> positions() const;  ///< by vertex, mm
+  ForceBalance balance() const;             ///< at the present places
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace vstent::xpbd
