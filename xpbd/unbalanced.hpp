@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 
 #include "xpbd/batches.hpp"
 #include "xpbd/solver.hpp"
@@ -50,7 +51,10 @@ struct Unbalanced {
     if (in_contact > 0) balance.contact_force_mean = contact_sum / in_contact;
     const double carried = tally.carried > 0 ? std::sqrt(tally.carried_squares / tally.carried) : 0;
     const double scale = in_contact > 0 ? balance.contact_force_mean : carried;
-    balance.relative = scale > 0 ? balance.residual_rms / scale : 0;
+    // Loads that nothing carries yet are as far from balance as can be.
+    if (balance.residual_rms > 0)
+      balance.relative = scale > 0 ? balance.residual_rms / scale
+                                   : std::numeric_limits<double>::infinity();
     return balance;
   }
 };

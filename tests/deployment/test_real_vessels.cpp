@@ -50,7 +50,9 @@ TEST(RealVessel, VeinGraftKeepsItsFacesAndItsCaps) {
   const WholeRun r = run(folder, surface, "cm",
                          {{"at", {-5.14, -0.96, 11.02}}, {"length", "3cm"}, {"diameter", "1.6cm"}});
   expect_sound(r);
-  EXPECT_NEAR(r.metrics.opened_mean_over_target, 1, 0.005);
+  // Just inside its edges a shell lifts off the stent by up to 0.0353 of what it was opened by
+  // there (V8): 3.5 % of at most 10 mm, on less than a fifth of the length.
+  EXPECT_NEAR(r.metrics.opened_mean_over_target, 1, 0.008);
   EXPECT_GT(r.metrics.opened_min_diameter, 0.98 * 16);
   EXPECT_TRUE(r.metrics.closed_after);
   const vessels::Surface written =

@@ -1,6 +1,9 @@
 // The settled shape is the minimum of the constraints' energy, found independently by Newton's
 // method (V6).
+#include "xpbd/equilibrium.hpp"
+
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include <Eigen/SparseCholesky>
 
@@ -148,9 +151,9 @@ class StentedTube : public ::testing::Test {
     return {solver.positions().begin(), solver.positions().end()};
   }
 
-  void expect_minimum(const std::vector<Vec3>& settled) {
+  void expect_minimum(const std::vector<Vec3>& settled, double radius = 5, double half_length = 8) {
     // Forces of 0.05 N sink 1e-6 mm into the penalty.
-    EnergyMinimum newton(sheet, 5, 8, 5e4);
+    EnergyMinimum newton(sheet, radius, half_length, 5e4);
     const std::vector<Vec3> minimum = newton.from(settled);
     double worst = 0;
     for (std::size_t i = 0; i < settled.size(); ++i)
@@ -190,6 +193,82 @@ TEST_F(StentedTube, DoesNotDependOnIterationsOrMasses) {
     EXPECT_LT((shapes[1][i] - shapes[0][i]).norm(), 0.001 * 5);
     EXPECT_LT((shapes[2][i] - shapes[0][i]).norm(), 0.001 * 5);
   }
+}
+
+/// A long cylinder about z.
+xpbd::ContactField cylinder(double radius) {
+  return [radius](std::span<const Vec3> places, std::span<xpbd::Gap> gaps) {
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const double distance = distance_from_axis(places[i]);
+      gaps[i] = {distance - radius, Vec3(places[i].x(), places[i].y(), 0) / distance};
+    }
+  };
+}
+
+std::vector<Vec3> settled(const Sheet& sheet, const std::vector<Vec3>& start,
+                          const xpbd::ContactField& field, double tolerance) {
+  xpbd::Equilibrium equilibrium(sheet, start, field);
+  for (int i = 0; i < 2000 && equilibrium.balance().relative > tolerance; ++i)
+    equilibrium.iterate({});
+  EXPECT_LE(equilibrium.balance().relative, tolerance);
+  return {equilibrium.positions().begin(), equilibrium.positions().end()};
+}
+
+TEST_F(StentedTube, SettlesInTheEnergyMinimumByConjugateGradients) {
+  expect_minimum(settled(sheet, mesh.points, cylinder(4.9), 1e-5), 4.9, 1e9);
+}
+
+// 0.1 % of the stent's radius, at the tolerance that deployments end with.
+TEST_F(StentedTube, ConjugateGradientsEndInOnePlaceFromAnywhereNear) {
+  const std::vector<Vec3> one = settled(sheet, mesh.points, cylinder(4.9), 2e-4);
+  std::mt19937 random(5);
+  std::vector<Vec3> start = one;
+  for (std::size_t i = 0; i < start.size(); ++i)
+    if (!mesh.pinned[i]) start[i] += 0.2 * random_vector(random);
+  const std::vector<Vec3> other = settled(sheet, start, cylinder(4.9), 2e-4);
+  for (std::size_t i = 0; i < one.size(); ++i) EXPECT_LT((one[i] - other[i]).norm(), 0.0049) << i;
+}
+
+TEST_F(StentedTube, ConjugateGradientsGiveTheSameBitsForAnyNumberOfThreads) {
+  const auto run = [&](std::size_t threads) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    return settled(sheet, mesh.points, cylinder(4.9), 1e-3);
+  };
+  const std::vector<Vec3> one = run(1);
+  for (const std::size_t threads : {2, 3, 8}) EXPECT_EQ(run(threads), one) << threads;
+}
+
+/// Masses that hang on springs: link j from the top is stretched by all below it, N (N + 1) m g /
+/// (2 k) in all (V3).
+TEST(Equilibrium, AHangingChainHasItsExactLength) {
+  constexpr int kLinks = 20;
+  Sheet chain;
+  for (int i = 0; i <= kLinks; ++i) {
+    chain.positions.push_back({0, 0, -1.0 * i});
+    chain.inverse_mass.push_back(i > 0);
+    chain.forces.push_back({0, 0, i > 0 ? -1.0 : 0.0});
+    if (i > 0) chain.distances.push_back({i - 1, i, 1, 1000});
+  }
+  const auto nothing = [](std::span<const Vec3>, std::span<xpbd::Gap> gaps) {
+    std::fill(gaps.begin(), gaps.end(), xpbd::Gap{1e9, Vec3::Zero()});
+  };
+  const std::vector<Vec3> hanging = settled(chain, chain.positions, nothing, 1e-12);
+  EXPECT_NEAR(-hanging.back().z(), kLinks + kLinks * (kLinks + 1) / 2000.0, 1e-12 * kLinks);
+}
+
+/// A sheet that is let go inside a body is put on its surface; pulled off, it lets go.
+TEST(Equilibrium, ContactPushesAndNeverPulls) {
+  const Mesh mesh = make_tube({.length = 20, .edge = 1});
+  const Sheet sheet = xpbd::make_sheet(mesh.points, mesh.triangles, mesh.pinned, xpbd::Membrane{});
+  // At rest the tube's facets lie within 5 mm of the axis: a thinner cylinder is never touched.
+  xpbd::Equilibrium untouched(sheet, mesh.points, cylinder(4.5));
+  for (int i = 0; i < 10; ++i) untouched.iterate({});
+  EXPECT_EQ(untouched.balance().in_contact, 0);
+  for (std::size_t i = 0; i < mesh.points.size(); ++i)
+    EXPECT_LT((untouched.positions()[i] - mesh.points[i]).norm(), 1e-9);
+  const std::vector<Vec3> lifted = settled(sheet, mesh.points, cylinder(5.5), 1e-6);
+  for (std::size_t i = 0; i < lifted.size(); ++i)
+    EXPECT_GT(distance_from_axis(lifted[i]), mesh.pinned[i] ? 4.9 : 5.5 - 1e-9);
 }
 
 /// What a constraint's energy gains under a velocity: stiffness (sum of gradient . velocity)^2.
