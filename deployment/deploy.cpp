@@ -18,9 +18,18 @@ constexpr xpbd::UniformStiffness kPaperWall{0.1, 0.1};
 constexpr double kSinkTolerance = 0.2;
 // While settling the wall moves so little that contacts found once serve several iterations.
 constexpr int kSettlingIterations = 10;
+// And no more of them on a wall that a finer one takes over from, balanced or not.
+constexpr int kCoarseRounds = 60;
 // Force balance that is good enough for a shape that a finer wall, or a stent of struts, takes
 // over.
 constexpr double kRough = 0.02;
+// On the coarsest wall, which is cheap: the wall finds one and the same place on the stent whatever
+// the way there.
+constexpr double kExact = 1e-4;
+// Of a coarse wall's edges: by how much the stent's ends are rounded for it. On a sharper edge
+// every row of vertices that slides over it is caught, and where the wall comes to rest depends on
+// how it came.
+constexpr double kEdgeRounding = 2;
 // k dt^2/m; with kept multipliers and two sweeps or more this stays stable.
 constexpr double kKappa = 1.0;
 
@@ -95,9 +104,13 @@ class Run {
       settle_by_relaxation();
     } else {
       for (level_ = 0; level_ < walls_.size(); ++level_) {
-        const bool last = level_ + 1 == walls_.size() && !setup_.has_struts();
-        settle_on_surface(last ? *case_.tolerance : kRough);
-        if (level_ + 1 < walls_.size()) places_ = finer_[level_](places_);
+        if (level_ + 1 < walls_.size()) {
+          settle_on_surface(level_ == 0 ? kExact : kRough,
+                            kEdgeRounding * walls_[level_].edge_length);
+          places_ = finer_[level_](places_);
+        } else {
+          settle_on_surface(setup_.has_struts() ? kRough : *case_.tolerance);
+        }
       }
       level_ = walls_.size() - 1;
       if (setup_.has_struts()) stent_.deflate(stent_state(setup_, 1));
@@ -132,11 +145,13 @@ class Run {
 
   bool may_go_on() const { return settling_steps_ < *case_.max_settling_steps; }
 
-  void settle_on_surface(double tolerance) {
+  void settle_on_surface(double tolerance, double edge_radius = 0) {
     const Wall& wall = walls_[level_];
-    xpbd::Equilibrium equilibrium(wall.sheet, places_, stent_.exact_surface());
+    xpbd::Equilibrium equilibrium(wall.sheet, places_, stent_.exact_surface(edge_radius));
+    const bool coarse = level_ + 1 < walls_.size();
     outcome_.converged = false;
-    while (!outcome_.converged && may_go_on()) {
+    for (int round = 0; !outcome_.converged && may_go_on(); ++round) {
+      if (coarse && round == kCoarseRounds) break;
       StepRecord record;
       record.settling = true;
       for (int i = 0; i < kSettlingIterations && !outcome_.converged; ++i) {

@@ -96,14 +96,15 @@ void StentContact::find_on_struts(std::span<const Vec3> positions) {
   struts_->update(*field_, positions, kGentle * setup_.strut.thickness);
 }
 
-xpbd::ContactField StentContact::exact_surface() const {
-  return [field = std::make_shared<const sdf::ExactField>(
-              envelope_of(setup_, state_, contact_distance_)),
-          rest = contact_distance_](std::span<const Vec3> places, std::span<xpbd::Gap> gaps) {
+xpbd::ContactField StentContact::exact_surface(double edge_radius) const {
+  const double thinnest = *std::min_element(state_.radii.begin(), state_.radii.end());
+  const double inset = std::clamp(edge_radius, contact_distance_, 0.5 * thinnest);
+  return [field = std::make_shared<const sdf::ExactField>(envelope_of(setup_, state_, inset)),
+          inset](std::span<const Vec3> places, std::span<xpbd::Gap> gaps) {
     std::vector<sdf::Sample> samples(places.size());
     field->sample(places, samples);
     for (std::size_t i = 0; i < places.size(); ++i)
-      gaps[i] = {samples[i].distance - rest, samples[i].gradient};
+      gaps[i] = {samples[i].distance - inset, samples[i].gradient};
   };
 }
 

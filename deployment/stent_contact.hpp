@@ -38,8 +38,8 @@ class StentContact {
 
   /// The surface of the balloon or of a smooth stent by its exact distance: voxels of the contact
   /// distance round its edge only roughly, and a wall that slides on them without friction finds no
-  /// rest.
-  xpbd::ContactField exact_surface() const;
+  /// rest. Its ends are rounded by `edge_radius` (mm), by the contact distance at least.
+  xpbd::ContactField exact_surface(double edge_radius = 0) const;
 
   bool rigid() const { return stiffness_ == 0; }
   bool on_struts() const { return struts_.has_value(); }
