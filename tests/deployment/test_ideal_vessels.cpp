@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "sdf/polyline.hpp"
@@ -163,12 +164,78 @@ TEST(IdealVessel, ResultsDoNotDependOnTheNumberOfThreads) {
   write(stenosed(std::numbers::pi / 4), folder / "vessel.vtp");
   const deployment::Setup setup = prepare(make_case(folder / "vessel.vtp", json::object()));
   const Outcome all = deploy(setup);
-  for (const std::size_t threads : {1u, 3u}) {
+  for (const std::size_t threads : {1u, 2u, 3u, 8u}) {
     const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
                                             threads);
     const deployment::Setup again = prepare(make_case(folder / "vessel.vtp", json::object()));
     EXPECT_EQ(deploy(again).positions, all.positions) << threads << " threads";
   }
+}
+
+// Neither the number of sweeps nor the size of a step may show in the result: no vertex moves by
+// more than 0.1 % of the stent's radius.
+TEST(IdealVessel, TheShapeDoesNotDependOnIterationsOrSteps) {
+  const TemporaryFolder folder;
+  write(stenosed(std::numbers::pi / 4), folder / "vessel.vtp");
+  const deployment::Setup setup = prepare(make_case(folder / "vessel.vtp", {{"diameter", "11mm"}}));
+  const Outcome reference = deploy(setup);
+  for (const auto& [growth, sweeps] : {std::pair{1.0, 2}, {0.5, 1}, {0.5, 2}}) {
+    deployment::Setup other = setup;
+    other.specification.growth_per_step = growth * *setup.specification.growth_per_step;
+    other.specification.iterations = sweeps * *setup.specification.iterations;
+    const Outcome outcome = deploy(other);
+    EXPECT_GE(outcome.history.size(), reference.history.size() - 3);
+    double largest = 0;
+    for (std::size_t v = 0; v < reference.positions.size(); ++v)
+      largest = std::max(largest, (outcome.positions[v] - reference.positions[v]).norm());
+    EXPECT_GT(largest, 0) << "the options had no effect at all";
+    EXPECT_LT(largest, 0.001 * 5.5) << growth << " of the step, " << sweeps << " times the sweeps";
+  }
+}
+
+/// Mean radius of each ring of vertices of a straight vessel along z, by its mean place.
+std::map<double, double> radius_profile(const TriangleMesh& rest,
+                                        const std::vector<Vec3>& positions) {
+  struct Ring {
+    double z = 0, radius = 0;
+    int count = 0;
+  };
+  std::map<long, Ring> rings;
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    Ring& ring = rings[std::lround(1e5 * rest.points[v].z())];
+    ring.z += positions[v].z();
+    ring.radius += std::hypot(positions[v].x(), positions[v].y());
+    ++ring.count;
+  }
+  std::map<double, double> profile;
+  for (const auto& [at, ring] : rings) profile[ring.z / ring.count] = ring.radius / ring.count;
+  return profile;
+}
+
+double interpolated(const std::map<double, double>& profile, double z) {
+  const auto above = profile.lower_bound(z), below = std::prev(above);
+  const double share = (z - below->first) / (above->first - below->first);
+  return below->second + share * (above->second - below->second);
+}
+
+// The wall is oversized by 0.5 mm beyond the lesion, so that the transition zones are compared too.
+TEST(IdealVessel, TheShapeDoesNotDependOnTheMesh) {
+  std::vector<std::map<double, double>> profiles;
+  for (const double edge : {0.5, 0.25}) {
+    const TemporaryFolder folder;
+    vessels::IdealisedVessel vessel = stenosed();
+    vessel.edge_length = edge;
+    write(vessel, folder / "vessel.vtp");
+    Case specification = make_case(folder / "vessel.vtp", {{"diameter", "11mm"}});
+    specification.contact_distance = 0.25;  // the stent's edge is as round for both
+    specification.thickness = 0.5;
+    const deployment::Setup setup = prepare(specification);
+    const Outcome outcome = deploy(setup);
+    EXPECT_TRUE(outcome.converged);
+    profiles.push_back(radius_profile(setup.surface.mesh, outcome.positions));
+  }
+  for (double z = 2; z < 58; z += 0.1)
+    EXPECT_NEAR(interpolated(profiles[0], z), interpolated(profiles[1], z), 0.005 * 5) << z;
 }
 
 TEST(IdealVessel, ARunStopsWhenAsked) {
