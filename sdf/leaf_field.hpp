@@ -34,11 +34,11 @@ class LeafCursor {
   /// Pointers to leaves where no page has them.
   using Loose = std::array<const float*, 32>;
 
-  /// All but the rows. Outside, where x is beyond what can be indexed.
-  void locate(const Vec3& x, LeafPlace& place, Loose& loose);
+  /// `loose` has room for the leaves of each.
+  void locate(std::span<const Vec3> points, LeafPlaces& places, std::span<Loose> loose);
 
   const LeafField& field_;
-  const double per_node_;
+  const LeafLattice lattice_;
   const LeafRange range_;
   const LeafKernels& kernels_ = leaf_kernels();
   IndexTable::Index block_{};

@@ -77,23 +77,34 @@ struct LeafCone {
   std::array<Cap, 2> cap;
 };
 
-/// Where the 4^3 nodes around a point are.
-struct LeafPlace {
-  static constexpr std::ptrdiff_t kStep[3]{25, 5, 1};
-  static constexpr int kRows = 12;
-  /// Those (i, j) that are not on an edge of the cube.
-  static constexpr int kRowOf[kRows][2]{{0, 1}, {0, 2}, {1, 0}, {1, 1}, {1, 2}, {1, 3},
-                                        {2, 0}, {2, 1}, {2, 2}, {2, 3}, {3, 1}, {3, 2}};
-  const float* const* leaves;  ///< from the first node's on; kStep apart along each axis
-  int first[3];                ///< node in the first leaf
-  float fraction[3];           ///< of the way from the second node to the third
-  const float* rows[kRows];    ///< of four nodes; where those end a leaf, its last four
+/// Node (i, j, k) lies at origin + (i, j, k) / nodes_per_mm.
+struct LeafLattice {
+  double origin[3];
+  double nodes_per_mm;
 };
-constexpr std::size_t kPlaces = 16;  ///< at most, in one call
+/// Along an axis, from the origin: farther than any node of a field.
+constexpr double kFarthestNode = 0x1p31 - 64;
+
+constexpr std::size_t kPlaces = 32;
+
+/// Where the 4^3 nodes around some points are, up to kPlaces of them. Of the first node there are
+/// three numbers per point, one along each axis.
+struct LeafPlaces {
+  using Numbers = std::array<int, 3 * kPlaces>;
+  static constexpr int kStep[3]{25, 5, 1};
+
+  alignas(32) Numbers block;  ///< of 4^3 leaves
+  alignas(32) Numbers leaf;   ///< in the block, times kStep
+  alignas(32) Numbers node;   ///< in the leaf
+  /// Of the way from the second node to the third.
+  alignas(32) std::array<float, 3 * kPlaces> fraction;
+  /// From the first node's leaf on, those that follow kStep apart along each axis.
+  std::array<const float* const*, kPlaces> leaves;
+};
 
 struct LeafRange {
-  float inside, outside;        ///< the values beyond the band
-  double innermost, outermost;  ///< values that count as beyond it
+  float inside, outside;       ///< the values beyond the band
+  float innermost, outermost;  ///< values that count as beyond it
 };
 
 /// Each lowers the values to the least distance over the pieces it is given.
@@ -109,9 +120,14 @@ struct LeafKernels {
   int (*store)(const LeafValues& values, float background, float* leaf);
   /// The same of values that only thin capsules lower, in one pass.
   int (*store_thin)(std::span<const LeafCapsule>, float radius, float background, float* leaf);
+  /// All but the leaves, of points x, y, z, x, ... Those beyond kFarthestNode are put there, and
+  /// what is not a number.
+  void (*locate)(std::span<const double> coordinates, const LeafLattice& lattice,
+                 LeafPlaces& places);
   /// Per point the trilinear value and the normalised nodal gradient; beyond the band, `inside` or
   /// `outside` and no gradient.
-  void (*sample)(std::span<const LeafPlace> places, const LeafRange& range, double (*samples)[4]);
+  void (*sample)(const LeafPlaces& places, const LeafRange& range,
+                 std::span<std::array<double, 4>> samples);
 };
 
 const LeafKernels& baseline_leaf_kernels();

@@ -6,7 +6,7 @@ namespace {
 
 constexpr LeafKernels kTable{lower_to_thin, lower_to_thick,  lower_to_struts, lower_to_cut_capsules,
                              lower_to_cone, lower_to_larger, store,           store_thin,
-                             sample};
+                             locate,        sample};
 
 }  // namespace
 

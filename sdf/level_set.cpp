@@ -8,6 +8,7 @@
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include "sdf/level_set_implementation.hpp"
 #include "sdf/memory.hpp"
@@ -82,7 +83,7 @@ void LevelSet::sample(std::span<const Vec3> points, std::span<Sample> samples) c
 
 LevelSet voxelise(const Solid& solid, const VoxelOptions& options) {
   check(options);
-  check(solid);
+  PreparedSolid pieces(solid);
   const double band = options.half_width * options.voxel_size;
   double largest_coordinate = band;
   const auto include = [&](const Vec3& end, double radius) {
@@ -99,7 +100,7 @@ LevelSet voxelise(const Solid& solid, const VoxelOptions& options) {
                             std::to_string(options.voxel_size) + " mm");
   }
   check_memory(options, [&](double h) { return estimated_bytes(solid, h, options.half_width); });
-  const Rasteriser rasteriser(solid, options.voxel_size, band);
+  const Rasteriser rasteriser(solid, std::move(pieces), options.voxel_size, band);
   const auto background = static_cast<float>(band);
   const auto level_set = std::make_shared<LevelSet::Implementation>(
       LeafField{.leaves = {rasteriser.blocks(), background, -background},

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "sdf/block_rasteriser.hpp"
 
@@ -35,8 +36,8 @@ bool carries_on(const Segment& from, const Segment& to, bool at_b) {
 
 }  // namespace
 
-Rasteriser::Rasteriser(const Solid& solid, double voxel_size, double band)
-    : pieces_(solid), voxel_size_(voxel_size), band_(band) {
+Rasteriser::Rasteriser(const Solid& solid, PreparedSolid pieces, double voxel_size, double band)
+    : pieces_(std::move(pieces)), voxel_size_(voxel_size), band_(band) {
   prepare_shapes(solid);
   bin_to_blocks();
 }

@@ -20,8 +20,8 @@ class Rasteriser {
  public:
   static constexpr int kBlockSide = kLeafSide * LeafPage::kSide;  ///< nodes
 
-  /// `band` is the half width in mm.
-  Rasteriser(const Solid& solid, double voxel_size, double band);
+  /// `pieces` are those of the solid; `band` is the half width in mm.
+  Rasteriser(const Solid& solid, PreparedSolid pieces, double voxel_size, double band);
 
   /// Block (i, j, k) begins at node kBlockSide * (i, j, k).
   const IndexTable& blocks() const { return blocks_; }

@@ -12,6 +12,8 @@ namespace {
 
 typedef float Row __attribute__((vector_size(16), may_alias));
 typedef float Wide __attribute__((vector_size(32), may_alias));
+typedef int Mask __attribute__((vector_size(32)));  // -1 where true
+typedef double Four __attribute__((vector_size(32), may_alias));
 
 inline Row row(float a) { return Row{a, a, a, a}; }
 inline Wide wide(float a) { return Wide{a, a, a, a, a, a, a, a}; }
@@ -26,6 +28,9 @@ inline Wide larger(Wide a, Wide b) { return (Wide)_mm256_max_ps((__m256)a, (__m2
 inline unsigned below(Wide a, Wide b) {
   return static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps((__m256)a, (__m256)b, _CMP_LT_OQ)));
 }
+inline Four doubles(Row a) { return (Four)_mm256_cvtps_pd((__m128)a); }
+inline bool all_of(Mask a) { return _mm256_movemask_ps((__m256)a) == 0xFF; }
+inline Four floor(Four a) { return (Four)_mm256_floor_pd((__m256d)a); }
 #else
 struct Halves {
   __m128 low, high;
@@ -49,6 +54,16 @@ inline unsigned below(Wide a, Wide b) {
   const int low = _mm_movemask_ps(_mm_cmplt_ps(halves(a).low, halves(b).low));
   const int high = _mm_movemask_ps(_mm_cmplt_ps(halves(a).high, halves(b).high));
   return static_cast<unsigned>(low | high << 4);
+}
+inline Four doubles(Row a) { return __builtin_convertvector(a, Four); }
+inline bool all_of(Mask a) {
+  return (_mm_movemask_ps(std::bit_cast<Halves>(a).low) &
+          _mm_movemask_ps(std::bit_cast<Halves>(a).high)) == 0xF;
+}
+inline Four floor(Four a) {  // of numbers that an int can hold
+  typedef int Ints __attribute__((vector_size(16)));
+  const Four truncated = __builtin_convertvector(__builtin_convertvector(a, Ints), Four);
+  return truncated > a ? truncated - 1 : truncated;
 }
 #endif
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 
@@ -121,6 +122,43 @@ TEST_F(LeafKernelsOf, BothInstructionSetsGiveTheSameBits) {
   }
 }
 
+TEST_F(LeafKernelsOf, BothInstructionSetsLocateTheSameNodes) {
+  // By definition: the node before the one that comes before a point along each axis.
+  constexpr double kPerMm = 12.5;
+  const LeafLattice lattice{{0.3, -700, 0}, kPerMm};
+  for (std::size_t points = 1; points <= kPlaces; ++points) {
+    std::vector<double> coordinates;
+    for (std::size_t n = 0; n < 3 * points; ++n) coordinates.push_back(random_(-900, 900));
+    coordinates[points] = lattice.origin[points % 3] + 7 / kPerMm;
+    LeafPlaces wide, narrow;
+    avx2_leaf_kernels()->locate(coordinates, lattice, wide);
+    baseline_leaf_kernels().locate(coordinates, lattice, narrow);
+    for (std::size_t n = 0; n < coordinates.size(); ++n) {
+      const double index = (coordinates[n] - lattice.origin[n % 3]) * kPerMm;
+      const int node =
+          wide.node[n] + 8 * (wide.leaf[n] / LeafPlaces::kStep[n % 3]) + 32 * wide.block[n];
+      ASSERT_EQ(node, static_cast<int>(std::floor(index)) - 1);
+      ASSERT_EQ(wide.fraction[n], static_cast<float>(index - std::floor(index)));
+      ASSERT_EQ(narrow.block[n], wide.block[n]);
+      ASSERT_EQ(narrow.leaf[n], wide.leaf[n]);
+      ASSERT_EQ(narrow.node[n], wide.node[n]);
+      ASSERT_EQ(narrow.fraction[n], wide.fraction[n]);
+    }
+  }
+}
+
+TEST_F(LeafKernelsOf, BothInstructionSetsPutWhatIsBeyondAllNodesThere) {
+  constexpr double kBeyond = std::numeric_limits<double>::infinity();
+  const std::vector<double> coordinates{kBeyond, -kBeyond, std::nan(""), 1e11, -1e11, 0};
+  const int far = static_cast<int>(kFarthestNode / 32);
+  for (const LeafKernels* kernels : {avx2_leaf_kernels(), &baseline_leaf_kernels()}) {
+    LeafPlaces places;
+    kernels->locate(coordinates, {{0, 0, 0}, 1}, places);
+    const std::vector<int> blocks(places.block.begin(), places.block.begin() + 6);
+    EXPECT_EQ(blocks, (std::vector{far - 1, -far - 1, far - 1, far - 1, -far - 1, -1}));
+  }
+}
+
 TEST_F(LeafKernelsOf, BothInstructionSetsSampleTheSameBits) {
   // Eight leaves around a corner, some values of which lie beyond the band.
   std::array<LeafValues, 8> leaves;
@@ -132,25 +170,15 @@ TEST_F(LeafKernelsOf, BothInstructionSetsSampleTheSameBits) {
       for (float& value : leaves[n].at) value = std::clamp(number(-largest, largest), -1.0f, 1.0f);
       pointers[25 * (n >> 2) + 5 * (n >> 1 & 1) + (n & 1)] = leaves[n].at.data();
     }
-    std::array<LeafPlace, kPlaces> places;
-    for (LeafPlace& place : places) {
-      place.leaves = pointers.data();
-      for (int axis = 0; axis < 3; ++axis) {
-        place.first[axis] = static_cast<int>(random_(0, 8));
-        place.fraction[axis] = number(0, 1);
-      }
-      for (int row = 0; row < LeafPlace::kRows; ++row) {
-        const int i = place.first[0] + LeafPlace::kRowOf[row][0];
-        const int j = place.first[1] + LeafPlace::kRowOf[row][1];
-        place.rows[row] = pointers[static_cast<std::size_t>(25 * (i >> 3) + 5 * (j >> 3))] +
-                          64 * (i & 7) + 8 * (j & 7) + std::min(place.first[2], 4);
-      }
-    }
-    const LeafRange range{.inside = -1, .outside = 1, .innermost = -0.9, .outermost = 0.9};
-    double wide[kPlaces][4], narrow[kPlaces][4];
+    LeafPlaces places;
+    places.leaves.fill(pointers.data());
+    for (int& node : places.node) node = static_cast<int>(random_(0, 8));
+    for (float& fraction : places.fraction) fraction = number(0, 1);
+    const LeafRange range{.inside = -1, .outside = 1, .innermost = -0.9f, .outermost = 0.9f};
+    std::array<std::array<double, 4>, kPlaces> wide, narrow;
     avx2_leaf_kernels()->sample(places, range, wide);
     baseline_leaf_kernels().sample(places, range, narrow);
-    ASSERT_EQ(std::memcmp(wide, narrow, sizeof wide), 0);
+    ASSERT_EQ(std::memcmp(&wide, &narrow, sizeof wide), 0);
     for (const auto& [value, x, y, z] : wide) (Vec3(x, y, z).isZero() ? beyond : within) += 1;
   }
   EXPECT_GT(beyond, 100);
