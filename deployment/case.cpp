@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "deployment/json_object.hpp"
+#include "deployment/wall_material.hpp"
 #include "vessels/error.hpp"
 
 namespace vstent::deployment {
@@ -115,17 +116,36 @@ void parse_stent(ObjectReader stent, const std::filesystem::path& relative_to, C
 }
 
 void parse_wall(ObjectReader wall, Case& result) {
-  const auto preset = wall.choice<bool>("preset", {{"paper", true}, {"elastic", false}});
-  result.paper_wall = preset.value_or(false);
+  std::vector<std::pair<std::string, std::string>> presets{{"elastic", "elastic"},
+                                                           {"paper", "paper"}};
+  for (const WallPreset& preset : wall_presets()) presets.emplace_back(preset.name, preset.name);
+  result.wall_preset = wall.choice("preset", presets).value_or(result.wall_preset);
   result.youngs_modulus =
       wall.number("youngs_modulus_MPa", 1e-6, 1e6, "a positive stiffness in MPa");
   result.thickness = wall.length("thickness");
   result.poisson_ratio = wall.number("poisson_ratio", 0, 0.4999, "from 0 to below 0.5");
-  if (result.paper_wall && (result.youngs_modulus || result.thickness || result.poisson_ratio)) {
+  result.modulus_array = wall.text("modulus_array").value_or("");
+  result.thickness_array = wall.text("thickness_array").value_or("");
+  std::vector<std::pair<std::string, std::string>> units;
+  for (const auto& [name, value] : kModulusUnits) units.emplace_back(name, name);
+  const auto unit = wall.choice("modulus_unit", units);
+  if (unit && result.modulus_array.empty())
+    wall.refuse("modulus_unit", "is the unit of modulus_array, which is not given");
+  if (!result.modulus_array.empty() && !unit)
+    wall.refuse("modulus_unit", "is missing: the unit of modulus_array, MPa, kPa, Pa or dyn/cm2");
+  result.modulus_unit = unit.value_or(result.modulus_unit);
+  if (result.paper_wall() && (result.youngs_modulus || result.thickness || result.poisson_ratio ||
+                              !result.modulus_array.empty() || !result.thickness_array.empty())) {
     wall.refuse("preset",
-                "\"paper\" has its own constants; leave youngs_modulus_MPa, thickness and "
-                "poisson_ratio out");
+                "\"paper\" has its own constants; leave youngs_modulus_MPa, thickness, "
+                "poisson_ratio and the arrays out");
   }
+  if (result.youngs_modulus && !result.modulus_array.empty())
+    wall.refuse("modulus_array", "is given as well as youngs_modulus_MPa; leave one out");
+  if (result.thickness && !result.thickness_array.empty())
+    wall.refuse("thickness_array", "is given as well as thickness; leave one out");
+  result.tissue_support =
+      wall.number("tissue_support_MPa_per_mm", 0, 1e6, "0 or more, in MPa per mm").value_or(0);
   wall.finish();
 }
 
@@ -205,7 +225,13 @@ nlohmann::ordered_json to_json(const Case& c) {
   }
   if (c.straightening) stent["straightening"] = *c.straightening;
   auto& wall = result["wall"];
-  wall["preset"] = c.paper_wall ? "paper" : "elastic";
+  wall["preset"] = c.wall_preset;
+  if (!c.modulus_array.empty()) {
+    wall["modulus_array"] = c.modulus_array;
+    wall["modulus_unit"] = c.modulus_unit;
+  }
+  if (!c.thickness_array.empty()) wall["thickness_array"] = c.thickness_array;
+  if (c.tissue_support > 0) wall["tissue_support_MPa_per_mm"] = c.tissue_support;
   if (c.youngs_modulus) wall["youngs_modulus_MPa"] = *c.youngs_modulus;
   if (c.thickness) wall["thickness"] = length_text(*c.thickness);
   if (c.poisson_ratio) wall["poisson_ratio"] = *c.poisson_ratio;

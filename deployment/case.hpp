@@ -47,8 +47,12 @@ struct Case {
   std::optional<double>
       straightening;  ///< 0 follows the vessel, 1 straightens it; default 0 for open, 1 for closed
 
-  bool paper_wall = false;  ///< the paper's constants instead of a material
+  std::string wall_preset = "elastic";  ///< `elastic`, `paper`, or one of wall_presets()
+  bool paper_wall() const { return wall_preset == "paper"; }
   std::optional<double> youngs_modulus, thickness, poisson_ratio;  ///< MPa, mm, 1
+  std::string modulus_array, thickness_array;  ///< point arrays of the surface, in place of these
+  std::string modulus_unit = "MPa";            ///< of modulus_array; thickness is in the file's
+  double tissue_support = 0;                   ///< MPa/mm; 0: none
 
   std::optional<double> contact_distance;   ///< d_c of eq. 3
   std::optional<double> contact_stiffness;  ///< N/mm per vertex; nothing: rigid

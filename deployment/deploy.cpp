@@ -43,17 +43,20 @@ Wall make_wall(const Setup& setup, WallMesh mesh) {
   const Case& c = setup.specification;
   Wall wall{std::move(mesh), {}, 0};
   const WallMesh& m = wall.mesh;
-  if (c.paper_wall) {
+  if (c.paper_wall()) {
     wall.sheet = xpbd::make_sheet(m.points, m.triangles, m.pinned, kPaperWall);
   } else {
-    xpbd::Membrane membrane{*c.youngs_modulus, *c.thickness, *c.poisson_ratio};
     // A plate bends over wavelengths longer than it is thick. Into a cell, over a strut, the
     // lumen's surface gives way as soft tissue does: it is bent as a sheet no thicker than it is
     // finely cut.
-    if (setup.has_struts())
-      membrane.bending_thickness = std::min(*c.thickness, *c.patch_edge_length);
-    wall.sheet = xpbd::make_sheet(m.points, m.triangles, m.pinned, membrane);
+    const xpbd::Membrane membrane{
+        .poisson_ratio = *c.poisson_ratio,
+        .bending_thickness = setup.has_struts() ? *c.patch_edge_length : 0};
+    wall.sheet = xpbd::make_sheet(
+        m.points, m.triangles, m.pinned,
+        xpbd::VariableMembrane{m.material.youngs_modulus, m.material.thickness, membrane});
   }
+  if (c.tissue_support > 0) xpbd::support(wall.sheet, m.triangles, c.tissue_support);
   for (const xpbd::DistanceConstraint& d : wall.sheet.distances)
     wall.edge_length += d.rest_length / static_cast<double>(wall.sheet.distances.size());
   return wall;
@@ -62,7 +65,7 @@ Wall make_wall(const Setup& setup, WallMesh mesh) {
 /// The patch, and before it coarser walls.
 std::vector<Wall> make_walls(const Setup& setup) {
   const vessels::Region& region = setup.region;
-  WallMesh patch{{}, region.triangles, region.pinned};
+  WallMesh patch{{}, region.triangles, region.pinned, setup.material};
   for (const int v : region.vertices)
     patch.points.push_back(setup.surface.mesh.points[static_cast<std::size_t>(v)]);
   std::vector<Wall> walls;

@@ -8,6 +8,7 @@
 #include "deployment/design_file.hpp"
 #include "deployment/stent_model.hpp"
 #include "deployment/wall_levels.hpp"
+#include "deployment/wall_material.hpp"
 #include "sdf/mesh_distance.hpp"
 #include "sdf/polyline.hpp"
 #include "vessels/error.hpp"
@@ -327,15 +328,22 @@ void derive_wall(Setup& setup) {
   Case& c = setup.specification;
   const double radius = 0.5 * *c.diameter;
   if (!c.straightening) c.straightening = c.cell == stents::Cell::closed ? 1.0 : 0.0;
-  if (!c.paper_wall) {
-    if (!c.youngs_modulus) c.youngs_modulus = 1.0;
-    if (!c.thickness) c.thickness = 0.15 * radius;
+  const WallPreset* preset = find_wall_preset(c.wall_preset);
+  if (!c.paper_wall()) {
+    if (!c.youngs_modulus && c.modulus_array.empty())
+      c.youngs_modulus = preset ? preset->youngs_modulus : 1.0;
+    if (!c.thickness && c.thickness_array.empty())
+      c.thickness = (preset ? preset->thickness_to_radius : 0.15) * radius;
     if (!c.poisson_ratio) c.poisson_ratio = 0.45;
   }
   if (!c.patch_margin) {
     // Edge effects fade over 1/beta = sqrt(R t) / (3 (1 - nu^2))^(1/4) (case V8); four of them, and
     // a diameter for the lengths over which a lumen narrows.
-    const double thickness = c.thickness.value_or(0.2 * radius);
+    double thickness = c.thickness.value_or(0.2 * radius);
+    if (!c.thickness_array.empty()) {
+      const std::vector<double> values = wall_thickness(setup.surface, c);
+      thickness = *std::max_element(values.begin(), values.end());
+    }
     const double nu = c.poisson_ratio.value_or(1.0 / 3);
     const double boundary_layer = std::sqrt(radius * thickness) / std::pow(3 * (1 - nu * nu), 0.25);
     c.patch_margin = std::max(4 * boundary_layer, 2 * radius) * (1 + *c.straightening);
@@ -541,6 +549,7 @@ Setup prepare(Case specification) {
   } else {
     derive_tube_voxels(setup);
   }
+  setup.material = wall_material(setup.surface, setup.region, c);
   derive_solver(setup);
   warn_of_bent_design(setup);
   return setup;

@@ -6,6 +6,7 @@
 
 #include "deployment/case.hpp"
 #include "deployment/surface_design.hpp"
+#include "deployment/wall_material.hpp"
 #include "stents/place.hpp"
 #include "stents/specification.hpp"
 #include "vessels/centerline.hpp"
@@ -50,6 +51,7 @@ struct Setup {
   std::shared_ptr<const stents::Design> design;         ///< null: a smooth tube, or a surface
   std::shared_ptr<const SurfaceDesign> surface_design;  ///< null: a smooth tube, or parameters
   StrutSize strut;                                      ///< zero for a smooth tube
+  WallMaterial material;                                ///< of the patch
   std::optional<vessels::Surface> unrefined;  ///< as read, where `surface` was refined for struts
   double start_radius = 0;                    ///< inside the narrowest lumen
   std::vector<std::string> warnings;

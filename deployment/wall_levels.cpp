@@ -51,6 +51,8 @@ WallMesh coarsened(const WallMesh& fine, double spacing) {
   for (const int seed : cells.seeds) {
     coarse.points.push_back(fine.points[at(seed)]);
     coarse.pinned.push_back(fine.pinned[at(seed)]);
+    coarse.material.youngs_modulus.push_back(fine.material.youngs_modulus[at(seed)]);
+    coarse.material.thickness.push_back(fine.material.thickness[at(seed)]);
   }
   std::set<Triangle> known;
   for (const Triangle& t : fine.triangles) {

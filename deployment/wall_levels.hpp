@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "deployment/case.hpp"
+#include "deployment/wall_material.hpp"
 #include "sdf/geometry.hpp"
 
 namespace vstent::deployment {
@@ -15,6 +15,7 @@ struct WallMesh {
   std::vector<Vec3> points;  ///< mm, at rest
   std::vector<Triangle> triangles;
   std::vector<char> pinned;
+  WallMaterial material;
 };
 
 /// Vertices of `fine` about `spacing` (mm, along edges) apart, joined where their neighbourhoods
@@ -43,7 +44,7 @@ class Prolongation {
 /// The paper's constants make another wall of every mesh, and soft contact sinks in with the edges:
 /// they are solved on the patch alone.
 inline bool grows_on_coarser_walls(const Case& c) {
-  return !c.paper_wall && c.contact_stiffness.value_or(0) == 0;
+  return !c.paper_wall() && c.contact_stiffness.value_or(0) == 0;
 }
 
 /// The edge lengths (mm) of the levels that a wall of so many vertices is solved on, from the

@@ -65,7 +65,7 @@ bool has_hinge(const MeshEdge& edge) {
          !edge.sides[0].sliver && !edge.sides[1].sliver;
 }
 
-/// `stiffness_of(total area, smaller area, squared length)` gives {distance, bending}.
+/// `stiffness_of(edge, total area, smaller area, squared length)` gives {distance, bending}.
 template <class StiffnessOf>
 Sheet build(std::span<const Vec3> points, std::span<const Triangle> triangles,
             std::span<const char> pinned, const StiffnessOf& stiffness_of) {
@@ -91,7 +91,7 @@ Sheet build(std::span<const Vec3> points, std::span<const Triangle> triangles,
       smaller = std::min(smaller, side.area);
     }
     const double squared_length = (point(edge.high) - point(edge.low)).squaredNorm();
-    const UniformStiffness stiffness = stiffness_of(area, smaller, squared_length);
+    const UniformStiffness stiffness = stiffness_of(edge, area, smaller, squared_length);
     sheet.distances.push_back({edge.low, edge.high, std::sqrt(squared_length), stiffness.distance});
     if (!has_hinge(edge)) continue;
     const std::size_t forward = edge.sides[0].ascending ? 0 : 1;
@@ -109,24 +109,55 @@ Sheet build(std::span<const Vec3> points, std::span<const Triangle> triangles,
 
 Sheet make_sheet(std::span<const Vec3> points, std::span<const Triangle> triangles,
                  std::span<const char> pinned, const Membrane& membrane) {
-  const double nu = membrane.poisson_ratio;
-  const double stretching = membrane.youngs_modulus * membrane.thickness;
-  const double bent =
-      membrane.bending_thickness > 0 ? membrane.bending_thickness : membrane.thickness;
-  const double bending = membrane.youngs_modulus * bent * bent * bent / (12 * (1 - nu * nu));
-  return build(points, triangles, pinned, [&](double area, double smaller, double squared_length) {
-    if (!(squared_length > 0)) return UniformStiffness{stretching * kStiffestAspect, 0};
-    const double aspect = std::min(area / squared_length, kStiffestAspect);
-    if (!(smaller > 0)) return UniformStiffness{stretching * aspect, 0};
-    const double flatness = std::min(1.0, 2 * smaller / squared_length / kFlattestHinge);
-    return UniformStiffness{stretching * aspect,
-                            bending * flatness * flatness * squared_length / area};
-  });
+  const std::vector<double> modulus(points.size(), membrane.youngs_modulus);
+  const std::vector<double> thickness(points.size(), membrane.thickness);
+  return make_sheet(points, triangles, pinned, VariableMembrane{modulus, thickness, membrane});
+}
+
+Sheet make_sheet(std::span<const Vec3> points, std::span<const Triangle> triangles,
+                 std::span<const char> pinned, const VariableMembrane& membrane) {
+  assert(membrane.youngs_modulus.size() == points.size());
+  assert(membrane.thickness.size() == points.size());
+  const double nu = membrane.membrane.poisson_ratio;
+  const double limit = membrane.membrane.bending_thickness;
+  const auto mean = [](std::span<const double> values, const MeshEdge& edge) {
+    return 0.5 * (values[static_cast<std::size_t>(edge.low)] +
+                  values[static_cast<std::size_t>(edge.high)]);
+  };
+  return build(points, triangles, pinned,
+               [&](const MeshEdge& edge, double area, double smaller, double squared_length) {
+                 const double modulus = mean(membrane.youngs_modulus, edge);
+                 const double thickness = mean(membrane.thickness, edge);
+                 const double stretching = modulus * thickness;
+                 if (!(squared_length > 0))
+                   return UniformStiffness{stretching * kStiffestAspect, 0};
+                 const double aspect = std::min(area / squared_length, kStiffestAspect);
+                 if (!(smaller > 0)) return UniformStiffness{stretching * aspect, 0};
+                 const double bent = limit > 0 ? std::min(limit, thickness) : thickness;
+                 const double bending = modulus * bent * bent * bent / (12 * (1 - nu * nu));
+                 const double flatness =
+                     std::min(1.0, 2 * smaller / squared_length / kFlattestHinge);
+                 return UniformStiffness{stretching * aspect,
+                                         bending * flatness * flatness * squared_length / area};
+               });
 }
 
 Sheet make_sheet(std::span<const Vec3> points, std::span<const Triangle> triangles,
                  std::span<const char> pinned, const UniformStiffness& stiffness) {
-  return build(points, triangles, pinned, [&](double, double, double) { return stiffness; });
+  return build(points, triangles, pinned,
+               [&](const MeshEdge&, double, double, double) { return stiffness; });
+}
+
+void support(Sheet& sheet, std::span<const Triangle> triangles, double modulus) {
+  std::vector<double> area(sheet.positions.size(), 0.0);
+  const auto point = [&](int v) { return sheet.positions[static_cast<std::size_t>(v)]; };
+  for (const Triangle& t : triangles) {
+    const double third = (point(t[1]) - point(t[0])).cross(point(t[2]) - point(t[0])).norm() / 6;
+    for (const int v : t) area[static_cast<std::size_t>(v)] += third;
+  }
+  for (std::size_t v = 0; v < area.size(); ++v)
+    if (sheet.inverse_mass[v] > 0 && area[v] > 0)
+      sheet.attachments.push_back({static_cast<int>(v), sheet.positions[v], modulus * area[v]});
 }
 
 double hinge_angle(const Vec3& edge_a, const Vec3& edge_b, const Vec3& wing_a, const Vec3& wing_b,

@@ -77,7 +77,14 @@ struct Membrane {
   double thickness = 1.0;       ///< mm
   double poisson_ratio =
       0.45;  ///< enters the bending modulus only: springs make a membrane of nu = 1/3
-  double bending_thickness = 0;  ///< mm, for the bending modulus; 0: `thickness`
+  double bending_thickness = 0;  ///< mm, bends as no thicker than that; 0: as thick as it is
+};
+
+/// A membrane that changes from place to place: modulus (MPa) and thickness (mm) per vertex in
+/// place of `membrane`'s; an edge takes the mean of its ends.
+struct VariableMembrane {
+  std::span<const double> youngs_modulus, thickness;
+  Membrane membrane;
 };
 
 /// Stiffness of every edge and hinge of a sheet.
@@ -95,7 +102,13 @@ struct UniformStiffness {
 Sheet make_sheet(std::span<const Vec3> points, std::span<const Triangle> triangles,
                  std::span<const char> pinned, const Membrane& membrane);
 Sheet make_sheet(std::span<const Vec3> points, std::span<const Triangle> triangles,
+                 std::span<const char> pinned, const VariableMembrane& membrane);
+Sheet make_sheet(std::span<const Vec3> points, std::span<const Triangle> triangles,
                  std::span<const char> pinned, const UniformStiffness& stiffness);
+
+/// Tissue around the wall: springs to the rest positions of `modulus` (N/mm per mm2 of wall, that
+/// is MPa/mm) at every vertex that is free.
+void support(Sheet& sheet, std::span<const Triangle> triangles, double modulus);
 
 /// Signed hinge angle in (-pi, pi] and its gradient with respect to (edge_a, edge_b, wing_a,
 /// wing_b).

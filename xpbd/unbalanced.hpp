@@ -53,8 +53,8 @@ struct Unbalanced {
     const double scale = in_contact > 0 ? balance.contact_force_mean : carried;
     // Loads that nothing carries yet are as far from balance as can be.
     if (balance.residual_rms > 0)
-      balance.relative = scale > 0 ? balance.residual_rms / scale
-                                   : std::numeric_limits<double>::infinity();
+      balance.relative =
+          scale > 0 ? balance.residual_rms / scale : std::numeric_limits<double>::infinity();
     return balance;
   }
 };

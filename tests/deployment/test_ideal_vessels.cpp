@@ -152,7 +152,7 @@ TEST(IdealVessel, ThePapersWallOpensToo) {
   const TemporaryFolder folder;
   write(stenosed(), folder / "vessel.vtp");
   Case c = make_case(folder / "vessel.vtp", json::object());
-  c.paper_wall = true;
+  c.wall_preset = "paper";
   const WholeRun r = tests::run(folder, c);
   EXPECT_TRUE(r.outcome.converged);
   EXPECT_EQ(r.metrics.inverted_triangles, 0u);

@@ -256,6 +256,23 @@ TEST(Equilibrium, AHangingChainHasItsExactLength) {
   EXPECT_NEAR(-hanging.back().z(), kLinks + kLinks * (kLinks + 1) / 2000.0, 1e-12 * kLinks);
 }
 
+// Tissue carries an even load p per area at the same depth everywhere, p / modulus, whatever the
+// mesh: no edge is stretched.
+TEST(Equilibrium, TissueCarriesAnEvenLoadAtAnEvenDepth) {
+  const Mesh mesh = make_tube({.length = 12, .edge = 1, .jitter = 0.2});
+  const std::vector<char> free(mesh.points.size(), 0);
+  Sheet sheet = xpbd::make_sheet(mesh.points, mesh.triangles, free, xpbd::Membrane{});
+  xpbd::support(sheet, mesh.triangles, 0.04);
+  for (const auto& spring : sheet.attachments)
+    sheet.forces.push_back(Vec3(0, 0.01, 0) * spring.stiffness / 0.04);
+  const auto nothing = [](std::span<const Vec3>, std::span<xpbd::Gap> gaps) {
+    std::fill(gaps.begin(), gaps.end(), xpbd::Gap{1e9, Vec3::Zero()});
+  };
+  const std::vector<Vec3> sunk = settled(sheet, mesh.points, nothing, 1e-10);
+  for (std::size_t i = 0; i < sunk.size(); ++i)
+    EXPECT_LT((sunk[i] - mesh.points[i] - Vec3(0, 0.25, 0)).norm(), 1e-8);
+}
+
 /// A sheet that is let go inside a body is put on its surface; pulled off, it lets go.
 TEST(Equilibrium, ContactPushesAndNeverPulls) {
   const Mesh mesh = make_tube({.length = 20, .edge = 1});

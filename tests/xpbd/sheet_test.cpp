@@ -171,5 +171,42 @@ TEST(Energy, IsZeroAtRestAndUnmovedByRigidMotion) {
   EXPECT_NEAR(energy_at(sheet, bent) / energy, 1, 1e-9);
 }
 
+TEST(MakeSheet, AMembraneMayChangeFromPlaceToPlace) {
+  const Mesh mesh = make_patch(9, 7, 1.0);
+  const xpbd::Membrane even{.youngs_modulus = 2, .thickness = 0.5};
+  const xpbd::Sheet reference = xpbd::make_sheet(mesh.points, mesh.triangles, {}, even);
+  std::vector<double> modulus(mesh.points.size(), 2.0), thickness(mesh.points.size(), 0.5);
+  const auto varied = [&] {
+    return xpbd::make_sheet(mesh.points, mesh.triangles, {},
+                            xpbd::VariableMembrane{modulus, thickness, even});
+  };
+  const xpbd::Sheet same = varied();
+  ASSERT_EQ(same.distances.size(), reference.distances.size());
+  for (std::size_t k = 0; k < same.distances.size(); ++k)
+    EXPECT_EQ(same.distances[k].stiffness, reference.distances[k].stiffness);
+  // Stretching goes with E t, bending with E t^3, of the mean of an edge's ends.
+  for (std::size_t v = 0; v < mesh.points.size(); ++v) {
+    thickness[v] *= 1 + 0.1 * mesh.points[v].x();
+    modulus[v] *= 1 + 0.2 * mesh.points[v].y();
+  }
+  const xpbd::Sheet other = varied();
+  const auto mid = [&](int i, int j) {
+    return Vec3(0.5 * (mesh.points[static_cast<std::size_t>(i)] +
+                       mesh.points[static_cast<std::size_t>(j)]));
+  };
+  for (std::size_t k = 0; k < other.distances.size(); ++k) {
+    const auto& d = other.distances[k];
+    const Vec3 at = mid(d.i, d.j);
+    EXPECT_NEAR(d.stiffness / reference.distances[k].stiffness,
+                (1 + 0.1 * at.x()) * (1 + 0.2 * at.y()), 1e-12);
+  }
+  for (std::size_t k = 0; k < other.bendings.size(); ++k) {
+    const auto& b = other.bendings[k];
+    const Vec3 at = mid(b.edge_a, b.edge_b);
+    EXPECT_NEAR(b.stiffness / reference.bendings[k].stiffness,
+                std::pow(1 + 0.1 * at.x(), 3) * (1 + 0.2 * at.y()), 1e-12);
+  }
+}
+
 }  // namespace
 }  // namespace vstent::tests
