@@ -15,7 +15,8 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Arguments {
-  std::string input, conditions, inflow, inflow_units, pressure = "93 mmHg", units, centerline, out;
+  std::string input, units, centerline, out;
+  ConditionOptions conditions;
   bool list_faces = false, pictures = true;
   ThreadLimit threads;
 };
@@ -34,34 +35,6 @@ FlowInput read_input(const Arguments& a) {
   return read_surface_alone(a.input, vessels::parse_unit(a.units), a.centerline);
 }
 
-flow::Inflow inflow_of(const Arguments& a, std::vector<std::string>& notes) {
-  if (!fs::exists(a.inflow)) {
-    const double flow =
-        flow::parse_quantity(a.inflow, flow::Dimension::flow, "command line: --inflow");
-    if (!(flow > 0)) refuse("--inflow: must be positive, is " + a.inflow);
-    return {flow::constant(flow), false};
-  }
-  flow::WaveformFile file =
-      flow::read_waveform(a.inflow, a.inflow_units, "command line: --inflow-units");
-  notes.insert(notes.end(), file.notes.begin(), file.notes.end());
-  return flow::inflow_of(std::move(file), std::nullopt, a.inflow, "command line: --inflow", notes);
-}
-
-flow::BoundaryConditions conditions_of(const Arguments& a, const FlowInput& input) {
-  if (a.conditions.empty() == a.inflow.empty())
-    refuse("give either --case bc.json or --inflow (\"85 mL/s\", or a .flow or .csv file)");
-  if (!a.conditions.empty()) return flow::read_boundary_conditions(a.conditions);
-  std::vector<std::string> notes;
-  const flow::Inflow inflow = inflow_of(a, notes);
-  const double pressure =
-      flow::parse_quantity(a.pressure, flow::Dimension::pressure, "command line: --pressure");
-  if (!(pressure > 0)) refuse("--pressure: must be positive, is " + a.pressure);
-  flow::BoundaryConditions result =
-      flow::assumed_conditions(input.question(), inflow, pressure, {});
-  result.notes.insert(result.notes.begin(), notes.begin(), notes.end());
-  return result;
-}
-
 void print_faces(const FlowInput& input) {
   const vessels::LumenEnds ends = vessels::find_lumen_ends(input.before);
   for (const flow::TreeEnd& end : flow::tree_ends(input.centerline, input.before, ends))
@@ -72,13 +45,14 @@ void run(const Arguments& a) {
   a.threads.apply();
   Progress progress;
   progress.show("reading ...");
+  if (!a.list_faces) a.conditions.check();
   const FlowInput input = read_input(a);
   if (a.list_faces) {
     progress.clear();
     print_faces(input);
     return;
   }
-  const flow::BoundaryConditions conditions = conditions_of(a, input);
+  const flow::BoundaryConditions conditions = a.conditions.read(input);
   const fs::path out = !a.out.empty()              ? fs::path(a.out)
                        : fs::is_directory(a.input) ? fs::path(a.input) / "flow"
                                                    : fs::path("vstent-flow");
@@ -102,14 +76,7 @@ void add_flow(CLI::App& app) {
   auto a = std::make_shared<Arguments>();
   command->add_option("input", a->input, "A result folder of `vstent deploy`, or a lumen surface")
       ->required();
-  command->add_option("--case,--boundary-conditions", a->conditions,
-                      "Boundary conditions (bc.json; docs/boundary-conditions.md)");
-  command->add_option("--inflow", a->inflow,
-                      "Instead: flow into the inlet with unit (\"85 mL/s\"), or a .flow or .csv "
-                      "file; outlets are then assumed");
-  command->add_option("--inflow-units", a->inflow_units, "Unit of that file's values (mL/s, m/s)");
-  command->add_option("--pressure", a->pressure, "With --inflow: mean pressure at the outlets")
-      ->capture_default_str();
+  a->conditions.add_options(*command, "--case");
   command->add_option("--units,--unit", a->units, "Length unit of a surface: mm, cm or m");
   command->add_option("--centerline", a->centerline, "Of a surface; default: extracted");
   command->add_option("-o,--out", a->out,

@@ -1,8 +1,10 @@
 #include "apps/flow_run.hpp"
 
 #include <algorithm>
+#include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "apps/display.hpp"
 #include "apps/plot.hpp"
 #include "deployment/case.hpp"
 #include "flow/report.hpp"
@@ -97,6 +99,57 @@ FlowInput read_surface_alone(const fs::path& surface, vessels::LengthUnit unit,
   return input;
 }
 
+void ConditionOptions::add_options(CLI::App& command, const std::string& name) {
+  name_ = name;
+  command.add_option(name + ",--boundary-conditions", file,
+                     "Boundary conditions (bc.json; docs/boundary-conditions.md)");
+  command.add_option("--inflow", inflow,
+                     "Instead: flow into the inlet with unit (\"85 mL/s\"), or a .flow or .csv "
+                     "file; outlets are then assumed");
+  command.add_option("--inflow-units", inflow_units, "Unit of that file's values (mL/s, m/s)");
+  command.add_option("--pressure", pressure, "With --inflow: mean pressure at the outlets")
+      ->capture_default_str();
+}
+
+void ConditionOptions::check() const {
+  if (file.empty() == inflow.empty()) {
+    throw Error(ExitCode::usage, "command line: give either " + name_ +
+                                     " bc.json or --inflow (\"85 mL/s\", or a .flow or .csv file)");
+  }
+  if (!file.empty()) {
+    flow::read_boundary_conditions(file);
+    return;
+  }
+  std::vector<std::string> notes;
+  read_inflow(notes);
+  const std::string key = "command line: --pressure";
+  if (!(flow::parse_quantity(pressure, flow::Dimension::pressure, key) > 0))
+    throw Error(ExitCode::usage, key + ": must be positive, is " + pressure);
+}
+
+flow::BoundaryConditions ConditionOptions::read(const FlowInput& input) const {
+  if (!file.empty()) return flow::read_boundary_conditions(file);
+  std::vector<std::string> notes;
+  const flow::Inflow into = read_inflow(notes);
+  flow::BoundaryConditions result = flow::assumed_conditions(
+      input.question(), into, flow::parse_quantity(pressure, flow::Dimension::pressure, ""), {});
+  result.notes.insert(result.notes.begin(), notes.begin(), notes.end());
+  return result;
+}
+
+flow::Inflow ConditionOptions::read_inflow(std::vector<std::string>& notes) const {
+  const std::string key = "command line: --inflow";
+  const std::string extension = vessels::extension(inflow);
+  if (extension != ".flow" && extension != ".csv") {
+    const double value = flow::parse_quantity(inflow, flow::Dimension::flow, key);
+    if (!(value > 0)) throw Error(ExitCode::usage, key + ": must be positive, is " + inflow);
+    return {flow::constant(value), false};
+  }
+  flow::WaveformFile waves = flow::read_waveform(inflow, inflow_units, key + "-units");
+  notes.insert(notes.end(), waves.notes.begin(), waves.notes.end());
+  return flow::inflow_of(std::move(waves), std::nullopt, inflow, key, notes);
+}
+
 Figure pressure_figure(const flow::Study& study) {
   const std::vector<PlotPoint> after = pressure_line(study, study.after);
   const std::vector<PlotPoint> before =
@@ -129,12 +182,21 @@ Figure pressure_figure(const flow::Study& study) {
   return plot.take();
 }
 
+void draw(const Figure& figure, const fs::path& png) {
+  const OffscreenDisplay display;
+  if (display.available()) {
+    write_png(figure, png);
+  } else {
+    std::cerr << "warning: no picture: " << display.reason() << '\n';
+  }
+}
+
 void write_flow(const flow::Study& study, const flow::BoundaryConditions& conditions,
                 vessels::LengthUnit unit, const fs::path& folder, bool pictures) {
   vessels::write_whole(folder / "flow.json", flow::to_json(study, conditions).dump(2) + "\n");
   const Figure figure = pressure_figure(study);
   vessels::write_whole(folder / "flow.svg", svg(figure));
-  if (pictures) write_png(figure, folder / "flow.png");
+  if (pictures) draw(figure, folder / "flow.png");
   flow::write_lines(study, unit, folder / "flow.vtp");
   const auto write_zero_d = [&](const flow::Answer& answer, const char* name) {
     vessels::write_whole(folder / name,
