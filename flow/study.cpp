@@ -1,5 +1,7 @@
 #include "flow/study.hpp"
 
+#include <tbb/parallel_invoke.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -168,10 +170,12 @@ class Student {
       : q_(question), bc_(conditions) {}
 
   Study run() {
-    const measure::CutSurface before(q_.before);
-    std::optional<measure::CutSurface> other;
-    if (&q_.after != &q_.before) other.emplace(q_.after);
-    const measure::CutSurface& after = other ? *other : before;
+    std::optional<measure::CutSurface> one, other;
+    tbb::parallel_invoke([&] { one.emplace(q_.before); },
+                         [&] {
+                           if (&q_.after != &q_.before) other.emplace(q_.after);
+                         });
+    const measure::CutSurface &before = *one, &after = other ? *other : before;
     name_faces(before);
     s_.tree = cut_tree(before, after, centerline_);
     s_.notes = bc_.notes;
