@@ -101,9 +101,9 @@ TEST(FlowCommand, BadInputIsOneLineAndNothingWritten) {
   expect_refused(folder, "flow vessel.vtp --case bc.json", 2, "--units is missing");
   expect_refused(folder, flow + "--inflow \"-5 mL/s\"", 2, "must be positive");
   expect_refused(folder, flow + "--inflow \"5 mmHg\"", 2, "is the unit of a pressure");
-  expect_refused(folder, "flow . --case bc.json", 3, "has no case.json");
-  const auto with = [&](const std::string& json, const std::string& why) {
-    write_text(folder / "wrong.json", json);
+  expect_refused(folder, "flow . --case bc.json", 3, "has no centerline.vtp");
+  const auto with = [&](const std::string& text, const std::string& why) {
+    write_text(folder / "wrong.json", text);
     expect_refused(folder, flow + "--case wrong.json", 2, why);
   };
   const std::string outlet = R"("outlet": {"resistance": "1000 dyn s/cm5"})";
