@@ -71,9 +71,7 @@ void Plot::mark(double x, Colour colour) {
 
 void Plot::dot(double x, double y, double size, Colour colour) {
   const Spot s = spot(x, y);
-  quadrangle(
-      {Spot{s.x - size, s.y}, Spot{s.x, s.y - size}, Spot{s.x + size, s.y}, Spot{s.x, s.y + size}},
-      colour);
+  add({{{s.x - size, s.y}, {s.x + size, s.y}}, colour, 2 * size}, false);
 }
 
 void Plot::quadrangle(const std::array<Spot, 4>& corners, Colour colour) {

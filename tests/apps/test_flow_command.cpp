@@ -56,7 +56,7 @@ TEST(FlowCommand, ComparesBeforeAndAfter) {
   EXPECT_NE(result.out.find("uncertainty"), std::string::npos);
   EXPECT_NE(result.out.find("not for clinical use"), std::string::npos);
   const json flow = json::parse(read_text(folder / "out/flow/flow.json"));
-  EXPECT_EQ(flow["pressure_drop"]["stretch"], "given");
+  EXPECT_EQ(flow["pressure_drop"]["stretch"], "the treated stretch");
   EXPECT_GT(figure(flow["before"]), 5 * figure(flow["after"]));
   EXPECT_GT(flow["after"]["distal_over_inlet_pressure"],
             flow["before"]["distal_over_inlet_pressure"]);
