@@ -182,7 +182,7 @@ ordered_json to_json(const Study& study, const BoundaryConditions& conditions) {
                    {"density_g_per_mL", conditions.blood.density}};
   json["conditions"]["source"] = conditions.source;
   for (const FaceCondition& face : conditions.faces)
-    json["conditions"][face.name] = describe(face.condition);
+    json["conditions"]["faces"][face.name] = describe(face.condition);
   json["inflow"] = {{"face", study.ends.front().name},
                     {"mean_mL_per_s", mean(study.inflow_volume)},
                     {"period_s", study.inflow_volume.period()},

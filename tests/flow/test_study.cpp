@@ -1,6 +1,7 @@
 // From surfaces to pressures.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -206,6 +207,15 @@ TEST(Study, ALungArteryWithItsOwnConditions) {
   for (const TreeEnd& end : result.ends)
     if (!end.root) out += result.after.mean_flow[static_cast<std::size_t>(end.branch)];
   EXPECT_NEAR(out, result.after.mean_flow[0], 1e-6 * out);
+  // svZeroDSolver's case: every branch but the root comes out of one junction, every face once.
+  const nlohmann::ordered_json json = zero_d_case(result.after, result, bc);
+  std::vector<int> joined;
+  for (const auto& junction : json["junctions"])
+    for (const auto& vessel : junction["outlet_vessels"]) joined.push_back(vessel.get<int>());
+  std::sort(joined.begin(), joined.end());
+  ASSERT_EQ(joined.size() + 1, json["vessels"].size());
+  for (std::size_t i = 0; i < joined.size(); ++i) EXPECT_EQ(joined[i], static_cast<int>(i) + 1);
+  EXPECT_EQ(json["boundary_conditions"].size(), 6u);
   // 200 steps against the file's 19 straight pieces: corners between samples cost less than 1 %.
   EXPECT_NEAR(out, mean(result.inflow_volume), 0.01 * out);
 }
