@@ -164,6 +164,7 @@ LengthField::LengthField(const TriangleMesh& mesh, std::span<const int> face_of_
     boxes.emplace_back().include(mesh.points[p]);
   }
   tree_ = sdf::BoxTree(boxes);
+  uniform_ = kept_.empty() && !wanted.adaptive;
 }
 
 double LengthField::at(const Vec3& x, double wish) const {
