@@ -1,5 +1,8 @@
 #include "meshing/remesh.hpp"
 
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -7,6 +10,7 @@
 
 #include "meshing/crossings.hpp"
 #include "meshing/isotropic.hpp"
+#include "sdf/mesh_distance.hpp"
 #include "vessels/check.hpp"
 #include "vessels/error.hpp"
 #include "vessels/text.hpp"
@@ -173,6 +177,22 @@ Remeshed attempt(const Model& model, std::span<const char> region, const RemeshO
   return stitch(model, region, patch, edited);
 }
 
+/// The triangle of `before` each one is or, where new, lies nearest to by its centroid.
+std::vector<int> origins(const TriangleMesh& before, const Remeshed& after) {
+  const sdf::MeshDistance distance(before);
+  std::vector<int> origin = after.kept_triangle;
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, origin.size(), 256), [&](const auto& range) {
+    for (std::size_t t = range.begin(); t < range.end(); ++t) {
+      if (origin[t] >= 0) continue;
+      Vec3 centroid = Vec3::Zero();
+      for (const int p : after.model.mesh.triangles[t])
+        centroid += after.model.mesh.points[static_cast<std::size_t>(p)] / 3;
+      origin[t] = distance.closest(centroid).triangle;
+    }
+  });
+  return origin;
+}
+
 /// Leaves the triangles within `reach` of the places as they are.
 std::vector<char> without(const Model& model, std::span<const char> region,
                           const std::vector<Vec3>& places, double reach) {
@@ -197,14 +217,19 @@ Remeshed remesh(const Model& model, std::span<const char> wanted, const RemeshOp
     throw std::invalid_argument("remesh: a mark for every triangle");
   const double reach = 2 * (options.edge_lengths.adaptive ? options.edge_lengths.adaptive->longest
                                                           : options.edge_lengths.everywhere);
+  const auto asked = std::count(region.begin(), region.end(), 1);
   for (int tries = 1;; ++tries) {
     Remeshed result = attempt(model, region, options);
     const std::vector<Vec3> places = crossings(result.model.mesh, result.is_new);
     if (!places.empty()) {
-      if (tries == kTries) require_no_crossings(result.model.mesh, unit, "remeshing");
       region = without(model, region, places, tries * reach);
+      const auto remaining = std::count(region.begin(), region.end(), 1);
+      if (tries == kTries || 2 * remaining < asked)
+        require_no_crossings(result.model.mesh, unit, "remeshing", result.is_new);
       continue;
     }
+    result.left = static_cast<std::size_t>(asked - std::count(region.begin(), region.end(), 1));
+    result.origin = origins(model.mesh, result);
     result.before = measure_quality(model.mesh, region);
     result.after = measure_quality(result.model.mesh, result.is_new);
     result.deviation = std::max(one_way_distance(result.model.mesh, model.mesh, result.is_new),

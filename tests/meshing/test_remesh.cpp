@@ -202,6 +202,50 @@ TEST(Remesh, ARegionThatTouchesItselfInAPointStaysWhole) {
   expect_not_turned(model, result);
 }
 
+/// A ball with a ball of radius `inner` taken out of it, `shift` off the middle.
+Model hollow_ball(double inner, double shift) {
+  TriangleMesh mesh = tests::icosphere(5, 5);
+  const TriangleMesh hole = tests::icosphere(inner, 5, {shift, 0, 0});
+  const int first = static_cast<int>(mesh.points.size());
+  mesh.points.insert(mesh.points.end(), hole.points.begin(), hole.points.end());
+  for (const auto& [a, b, c] : hole.triangles)
+    mesh.triangles.push_back({a + first, c + first, b + first});
+  return tests::one_face(std::move(mesh));
+}
+
+TEST(Remesh, WhereCoarserTrianglesWouldCrossTheOldOnesStay) {
+  // Edges of 1.5 mm cut 1.5^2 / 40 = 0.06 mm deep into the wall, which is 0.03 mm thin on one side.
+  const Model thin = hollow_ball(4, 0.97);
+  ASSERT_TRUE(vessels::self_intersections(thin.mesh).empty());
+  const Remeshed result = remesh(thin, {}, edges_of(1.5));
+  EXPECT_TRUE(vessels::self_intersections(result.model.mesh).empty());
+  EXPECT_TRUE(tests::closed_and_oriented(result.model.mesh));
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < result.is_new.size(); ++t) {
+    const Vec3 middle = tests::centroid(result.model.mesh, result.model.mesh.triangles[t]);
+    if (!result.is_new[t]) {
+      ++kept;
+      EXPECT_GT(middle.x(), 0);
+    }
+    const int origin = result.origin[t];
+    const Vec3 there =
+        tests::centroid(thin.mesh, thin.mesh.triangles[static_cast<std::size_t>(origin)]);
+    EXPECT_LT((there - middle).norm(), 0.2);  // its triangles have edges of 0.18 mm
+  }
+  EXPECT_GT(kept, 0u);
+  EXPECT_EQ(kept, result.left);
+  EXPECT_GT(result.after.triangles, 300u);
+
+  try {  // thin everywhere
+    remesh(hollow_ball(4.97, 0), {}, edges_of(1.5), vessels::LengthUnit::cm);
+    FAIL();
+  } catch (const Error& error) {
+    const std::string line = error.what();
+    EXPECT_EQ(line.find("remeshing: "), 0u) << line;
+    EXPECT_NE(line.find(" cm"), std::string::npos);
+  }
+}
+
 TEST(Remesh, RealVessels) {
   struct Case {
     const char* file;
