@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <stdexcept>
 
 #include "meshing/crossings.hpp"
@@ -19,6 +20,7 @@ namespace vstent::meshing {
 namespace {
 
 constexpr int kTries = 4;
+constexpr double kMostTriangles = 2e7;  // some 10 GB
 
 /// The triangles of a region with points of their own; a point where the region touches itself
 /// without an edge counts once for each side.
@@ -166,13 +168,30 @@ Remeshed stitch(const Model& model, std::span<const char> region, const Patch& p
   return result;
 }
 
+/// Equilateral triangles of the wanted lengths that the area holds; \throws Error (resources)
+void require_few(const TriangleMesh& mesh, const LengthField& lengths) {
+  double count = 0;
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3& a = mesh.points[static_cast<std::size_t>(t[0])];
+    const Vec3& b = mesh.points[static_cast<std::size_t>(t[1])];
+    const Vec3& c = mesh.points[static_cast<std::size_t>(t[2])];
+    const double length =
+        (lengths.of_point(t[0]) + lengths.of_point(t[1]) + lengths.of_point(t[2])) / 3;
+    count += 2 / std::numbers::sqrt3 * (b - a).cross(c - a).norm() / (length * length);
+  }
+  if (count < kMostTriangles) return;
+  throw Error(ExitCode::resources, "remeshing would make about " + vessels::number(count) +
+                                       " triangles, more than " + vessels::number(kMostTriangles) +
+                                       ": ask for longer edges");
+}
+
 Remeshed attempt(const Model& model, std::span<const char> region, const RemeshOptions& options) {
   const Patch patch = extract(model, region);
   EditMesh edited(patch.mesh.points, patch.mesh.triangles, patch.face);
-  const Reference reference(
-      patch.mesh, patch.face,
-      LengthField(patch.mesh, patch.face, kept_points(edited, options.resample_rims),
-                  options.edge_lengths));
+  LengthField lengths(patch.mesh, patch.face, kept_points(edited, options.resample_rims),
+                      options.edge_lengths);
+  require_few(patch.mesh, lengths);
+  const Reference reference(patch.mesh, patch.face, std::move(lengths));
   make_isotropic(edited, reference, {options.iterations, options.resample_rims});
   return stitch(model, region, patch, edited);
 }
@@ -215,8 +234,13 @@ Remeshed remesh(const Model& model, std::span<const char> wanted, const RemeshOp
   if (region.empty()) region.assign(model.mesh.triangles.size(), 1);
   if (region.size() != model.mesh.triangles.size())
     throw std::invalid_argument("remesh: a mark for every triangle");
-  const double reach = 2 * (options.edge_lengths.adaptive ? options.edge_lengths.adaptive->longest
-                                                          : options.edge_lengths.everywhere);
+  const auto& adaptive = options.edge_lengths.adaptive;
+  const double shortest = adaptive ? adaptive->shortest : options.edge_lengths.everywhere;
+  if (!(shortest > 0) || (adaptive && !(adaptive->longest >= shortest && adaptive->deviation > 0)))
+    throw Error(ExitCode::usage,
+                "remeshing needs edge lengths and a deviation above 0, the shortest edge no longer "
+                "than the longest");
+  const double reach = 2 * (adaptive ? adaptive->longest : shortest);
   const auto asked = std::count(region.begin(), region.end(), 1);
   for (int tries = 1;; ++tries) {
     Remeshed result = attempt(model, region, options);

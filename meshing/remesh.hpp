@@ -32,8 +32,8 @@ struct Remeshed {
 };
 
 /// Remeshes the triangles marked in `region` (empty: all) within their faces; caps stay plane.
-/// \throws Error (geometry) naming places when new triangles would cross others on most of the
-/// region
+/// \throws Error (usage) for lengths that are none; (resources) for too many triangles; (geometry)
+/// naming places when new triangles would cross others on most of the region
 Remeshed remesh(const Model& model, std::span<const char> region, const RemeshOptions& options,
                 vessels::LengthUnit unit = vessels::LengthUnit::mm);
 

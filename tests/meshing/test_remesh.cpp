@@ -202,6 +202,27 @@ TEST(Remesh, ARegionThatTouchesItselfInAPointStaysWhole) {
   expect_not_turned(model, result);
 }
 
+TEST(Remesh, LengthsThatAreNoneOrFarTooShortAreRefused) {
+  const Model model = tests::one_face(tests::icosphere(5, 2));
+  const auto code = [&](double length, std::optional<Adaptive> adaptive = {}) {
+    RemeshOptions options = edges_of(length);
+    options.edge_lengths.adaptive = adaptive;
+    try {
+      remesh(model, {}, options);
+    } catch (const Error& error) {
+      return error.code();
+    }
+    return ExitCode::ok;
+  };
+  EXPECT_EQ(code(0), ExitCode::usage);
+  EXPECT_EQ(code(std::nan("")), ExitCode::usage);
+  EXPECT_EQ(code(1, Adaptive{2, 1, 0.1}), ExitCode::usage);
+  EXPECT_EQ(code(1, Adaptive{1, 2, 0}), ExitCode::usage);
+  // 4 pi 25 mm2 hold 4 pi 25 / (0.433 1e-6) triangles of 1 micrometre.
+  EXPECT_EQ(code(1e-3), ExitCode::resources);
+  EXPECT_EQ(code(1), ExitCode::ok);
+}
+
 /// A ball with a ball of radius `inner` taken out of it, `shift` off the middle.
 Model hollow_ball(double inner, double shift) {
   TriangleMesh mesh = tests::icosphere(5, 5);
