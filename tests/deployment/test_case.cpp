@@ -60,6 +60,28 @@ TEST(CaseFile, WritingAndReadingAgainIsTheSame) {
   EXPECT_EQ(once["stent"]["diameter"], "10.1234567890123mm");
 }
 
+TEST(CaseFile, WallsByVesselAndByVertexSurviveWriting) {
+  json specification = minimal();
+  specification["wall"] = {{"preset", "coronary"},
+                           {"thickness_array", "Thickness"},
+                           {"modulus_array", "Elasticity_modulus"},
+                           {"modulus_unit", "dyn/cm2"},
+                           {"tissue_support_MPa_per_mm", 0.02}};
+  const Case c = parse_case(specification, "case.json", "/data");
+  EXPECT_EQ(c.wall_preset, "coronary");
+  EXPECT_EQ(to_json(c)["wall"], specification["wall"]);
+
+  specification["wall"].erase("modulus_unit");
+  EXPECT_NE(refusal(specification).find("/wall/modulus_unit: is missing"), std::string::npos);
+  specification["wall"] = {{"thickness", "1mm"}, {"thickness_array", "Thickness"}};
+  EXPECT_NE(refusal(specification).find("/wall/thickness_array: is given as well as thickness"),
+            std::string::npos);
+  specification["wall"] = {{"preset", "paper"}, {"thickness_array", "Thickness"}};
+  EXPECT_NE(refusal(specification).find("/wall/preset"), std::string::npos);
+  specification["wall"] = {{"preset", "cerebral"}};
+  EXPECT_NE(refusal(specification).find("iliofemoral"), std::string::npos);
+}
+
 TEST(CaseFile, NamesFileAndKeyOfWhatIsWrong) {
   json c = minimal();
   c["stent"]["diametre"] = "11mm";
