@@ -67,7 +67,7 @@ void write_part(const Model& model, const std::vector<Vec3>& points, const std::
 bool readable_name(const std::string& name) {
   return !name.empty() && name.front() != '.' && std::all_of(name.begin(), name.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-           c == '-' || c == '.';
+           c == '-' || c == '+' || c == '.';
   });
 }
 
@@ -87,7 +87,7 @@ void require_writable_faces(const Model& model) {
     if (!readable_name(face.name))
       throw Error(ExitCode::geometry, "face " + std::to_string(face.id) + " is called \"" +
                                           face.name +
-                                          "\"; solvers want letters, digits, _ - . in names");
+                                          "\"; solvers want letters, digits, _ - + . in names");
     if (!names.insert(face.name).second)
       throw Error(ExitCode::geometry, "two faces are called " + face.name);
     if (face.id < 1)

@@ -48,14 +48,7 @@ class Checker {
     return (at(corners[0]) + at(corners[1]) + at(corners[2])) / 3.0;
   }
 
-  std::string where(const Vec3& x) const {
-    std::string text = place(x) + " mm";
-    if (surface_.unit != LengthUnit::mm) {
-      text += " = " + place(x / millimetres_per(surface_.unit)) + " " +
-              std::string(name(surface_.unit));
-    }
-    return text;
-  }
+  std::string where(const Vec3& x) const { return place(x, surface_.unit); }
 
   template <class PlaceOf>
   std::string places(std::size_t count, PlaceOf&& place_of) const {
@@ -248,13 +241,14 @@ CheckReport check(const Surface& surface) {
   return report;
 }
 
-void require_stentable(const Surface& surface, const CheckReport& report) {
+void require_stentable(const Surface& surface, const CheckReport& report,
+                       const std::string& done) {
   if (report.stentable()) return;
   std::string text;
   for (const Finding& finding : report.findings) {
     if (finding.severity == Severity::error) text += (text.empty() ? "" : ". ") + finding.text;
   }
-  throw Error(ExitCode::geometry, surface.path + ": cannot be stented: " + text);
+  throw Error(ExitCode::geometry, surface.path + ": cannot be " + done + ": " + text);
 }
 
 }  // namespace vstent::vessels

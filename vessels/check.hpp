@@ -38,6 +38,7 @@ struct CheckReport {
 CheckReport check(const Surface& surface);
 
 /// \throws Error (geometry) with the first errors of the report, counts and places, when the surface cannot be stented
-void require_stentable(const Surface& surface, const CheckReport& report);
+/// or, as `done` puts it, "meshed"
+void require_stentable(const Surface& surface, const CheckReport& report, const std::string& done = "stented");
 
 }  // namespace vstent::vessels

@@ -17,6 +17,7 @@
 #include "vessels/half_edges.hpp"
 #include "vessels/orientation.hpp"
 #include "vessels/polydata.hpp"
+#include "vessels/surface_part.hpp"
 #include "vessels/text.hpp"
 #include "vessels/triangulate.hpp"
 
@@ -255,8 +256,10 @@ std::string fitting_unit(double diagonal_in_file_units) {
   return fits.empty() ? "no unit among mm, cm and m fits a vessel" : "is the unit " + fits + "?";
 }
 
+enum class Extent { of_a_vessel, any };
+
 // After this the mesh is in millimetres.
-void apply_unit(Surface& surface) {
+void apply_unit(Surface& surface, Extent extent) {
   std::vector<Vec3>& points = surface.mesh.points;
   Box box;
   for (const Vec3& x : points) box.include(x);
@@ -286,7 +289,8 @@ void apply_unit(Surface& surface) {
 
   const double scale = millimetres_per(surface.unit);
   const double diagonal = size.norm() * scale;
-  if (diagonal < kSmallestVessel || diagonal > kLargestVessel) {
+  if (extent == Extent::of_a_vessel &&
+      (diagonal < kSmallestVessel || diagonal > kLargestVessel)) {
     throw unreadable(surface, "in " + std::string(name(surface.unit)) + " its extent is " +
                                   number(size.x() * scale) + " x " + number(size.y() * scale) +
                                   " x " + number(size.z() * scale) + " mm, which is no vessel (" +
@@ -315,7 +319,7 @@ void read_faces(Surface& surface, const SourceData& source) {
   }
 }
 
-void build_mesh(Surface& surface, SourceData& source) {
+void build_mesh(Surface& surface, SourceData& source, Extent extent) {
   const vtkIdType strips = source.data->GetStrips()->GetNumberOfCells();
   if (strips > 0) {
     throw unreadable(surface, "it holds " +
@@ -337,14 +341,12 @@ void build_mesh(Surface& surface, SourceData& source) {
     throw unreadable(surface, "it has no triangles: no cell has three different corners");
   }
   close_seams(surface, source);
-  apply_unit(surface);
+  apply_unit(surface, extent);
   turn_triangles(surface, source);
   read_faces(surface, source);
 }
 
-}  // namespace
-
-Surface read_surface(const std::filesystem::path& path, LengthUnit unit) {
+Surface read(const std::filesystem::path& path, LengthUnit unit, Extent extent) {
   Surface surface;
   surface.unit = unit;
   surface.path = path.string();
@@ -363,9 +365,19 @@ Surface read_surface(const std::filesystem::path& path, LengthUnit unit) {
                 surface.path + ": \"" + format +
                     "\" files are not supported, save it as .vtp, .vtk (PolyData), .stl or .obj");
   }
-  build_mesh(surface, *source);
+  build_mesh(surface, *source, extent);
   surface.source = std::move(source);
   return surface;
+}
+
+}  // namespace
+
+Surface read_surface(const std::filesystem::path& path, LengthUnit unit) {
+  return read(path, unit, Extent::of_a_vessel);
+}
+
+Surface read_surface_part(const std::filesystem::path& path, LengthUnit unit) {
+  return read(path, unit, Extent::any);
 }
 
 Surface make_surface(TriangleMesh mesh, std::string name) {

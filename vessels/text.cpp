@@ -22,6 +22,13 @@ std::string place(const Vec3& point) {
   return text;
 }
 
+std::string place(const Vec3& point, LengthUnit unit) {
+  std::string text = place(point) + " mm";
+  if (unit != LengthUnit::mm)
+    text += " = " + place(point / millimetres_per(unit)) + " " + std::string(name(unit));
+  return text;
+}
+
 std::string counted(std::size_t count, const std::string& noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }

@@ -1,0 +1,128 @@
+#include "meshing/cap.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "vessels/check.hpp"
+#include "vessels/error.hpp"
+#include "vessels/predicates.hpp"
+#include "vessels/text.hpp"
+#include "vessels/triangulate.hpp"
+
+namespace vstent::meshing {
+namespace {
+
+using vessels::Vec2;
+
+const Vec3& at(const TriangleMesh& mesh, int point) {
+  return mesh.points[static_cast<std::size_t>(point)];
+}
+
+/// The rim seen against the outward normal, counter-clockwise.
+struct Outline {
+  Vec3 origin, x, y, normal;
+  std::vector<int> points;  ///< of the mesh
+  std::vector<Vec2> flat;
+
+  Outline(const TriangleMesh& mesh, const Opening& opening)
+      : origin(opening.centre),
+        x(opening.outward.unitOrthogonal()),
+        y(opening.outward.cross(x)),
+        normal(opening.outward),
+        points(opening.rim.rbegin(), opening.rim.rend()) {
+    for (const int p : points) flat.push_back(seen(at(mesh, p)));
+  }
+  Vec2 seen(const Vec3& point) const { return {(point - origin).dot(x), (point - origin).dot(y)}; }
+  std::size_t next(std::size_t i) const { return (i + 1) % flat.size(); }
+};
+
+bool cross(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d) {
+  return vessels::orient2d(a, b, c) * vessels::orient2d(a, b, d) <= 0 &&
+         vessels::orient2d(c, d, a) * vessels::orient2d(c, d, b) <= 0;
+}
+
+void require_simple(const TriangleMesh& mesh, const Outline& outline, vessels::LengthUnit unit) {
+  const auto& flat = outline.flat;
+  std::size_t crossings = 0;
+  std::string places;
+  for (std::size_t i = 0; i < flat.size(); ++i) {
+    for (std::size_t j = i + 2; j < flat.size(); ++j) {
+      if (outline.next(j) == i) continue;
+      if (!cross(flat[i], flat[outline.next(i)], flat[j], flat[outline.next(j)])) continue;
+      if (crossings++ < 3)
+        places += (crossings > 1 ? "; " : "") + vessels::place(at(mesh, outline.points[i]), unit);
+    }
+  }
+  if (crossings == 0) return;
+  throw Error(ExitCode::geometry,
+              "the rim of the opening around " + vessels::place(outline.origin, unit) +
+                  " crosses itself " + std::to_string(crossings) + " times, at " + places +
+                  (crossings > 3 ? "; ..." : "") + ": it cannot be capped, cut the end clean");
+}
+
+/// Every rim edge is seen from the centre.
+bool star_shaped(const Outline& outline) {
+  for (std::size_t i = 0; i < outline.flat.size(); ++i) {
+    if (vessels::orient2d({0, 0}, outline.flat[i], outline.flat[outline.next(i)]) <= 0)
+      return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::vector<Opening> find_openings(const TriangleMesh& mesh) {
+  std::vector<Opening> openings;
+  for (std::vector<int>& loop : vessels::topology(mesh).boundary_loops) {
+    Opening opening;
+    double perimeter = 0;
+    Vec3 moment = Vec3::Zero(), doubled_area = Vec3::Zero();
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const Vec3& a = at(mesh, loop[i]);
+      const Vec3& b = at(mesh, loop[(i + 1) % loop.size()]);
+      perimeter += (b - a).norm();
+      moment += 0.5 * (b - a).norm() * (a + b);
+      doubled_area -= (a - at(mesh, loop[0])).cross(b - at(mesh, loop[0]));
+    }
+    opening.rim = std::move(loop);
+    opening.edge = perimeter / static_cast<double>(opening.rim.size());
+    opening.centre = perimeter > 0 ? Vec3(moment / perimeter) : at(mesh, opening.rim.front());
+    if (doubled_area.norm() > 0) opening.outward = doubled_area.normalized();
+    opening.radius = std::sqrt(0.5 * doubled_area.norm() / std::numbers::pi);
+    for (const int p : opening.rim) {
+      opening.unevenness =
+          std::max(opening.unevenness, std::abs(opening.outward.dot(at(mesh, p) - opening.centre)));
+    }
+    openings.push_back(std::move(opening));
+  }
+  std::stable_sort(openings.begin(), openings.end(),
+                   [](const Opening& a, const Opening& b) { return a.radius > b.radius; });
+  return openings;
+}
+
+void close(TriangleMesh& mesh, const Opening& opening, vessels::LengthUnit unit) {
+  const Outline outline(mesh, opening);
+  require_simple(mesh, outline, unit);
+  if (star_shaped(outline)) {
+    const int centre = static_cast<int>(mesh.points.size());
+    mesh.points.push_back(opening.centre);
+    for (std::size_t i = 0; i < outline.points.size(); ++i)
+      mesh.triangles.push_back({outline.points[i], outline.points[outline.next(i)], centre});
+  } else {
+    bool simple = true;
+    for (const Triangle& t : vessels::triangulate(outline.points, mesh.points, simple))
+      mesh.triangles.push_back(t);
+  }
+}
+
+void flatten(TriangleMesh& mesh, Opening& opening) {
+  for (const int p : opening.rim) {
+    Vec3& point = mesh.points[static_cast<std::size_t>(p)];
+    point -= opening.outward.dot(point - opening.centre) * opening.outward;
+  }
+  opening.unevenness = 0;
+}
+
+}  // namespace vstent::meshing
