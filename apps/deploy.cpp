@@ -6,6 +6,7 @@
 #include "apps/run_case.hpp"
 #include "apps/terminal.hpp"
 #include "vessels/error.hpp"
+#include "vessels/json_object.hpp"
 
 namespace vstent::apps {
 namespace {
@@ -80,7 +81,7 @@ deployment::Case case_from_options(const Arguments& a) {
   if (!a.shape.empty()) specification["stent"]["shape"] = a.shape;
   if (a.straightening >= 0) specification["stent"]["straightening"] = a.straightening;
   if (!a.wall.empty()) specification["wall"]["preset"] = a.wall;
-  return deployment::parse_case(specification, deployment::kCommandLine,
+  return deployment::parse_case(specification, vessels::kCommandLine,
                                 std::filesystem::current_path());
 }
 

@@ -1,9 +1,10 @@
 #include "deployment/case.hpp"
 
 #include <algorithm>
+#include <charconv>
 
-#include "deployment/json_object.hpp"
 #include "vessels/error.hpp"
+#include "vessels/json_object.hpp"
 
 namespace vstent::deployment {
 namespace {
@@ -21,7 +22,7 @@ std::string word_for(const std::vector<std::pair<std::string, Value>>& choices, 
       ->first;
 }
 
-Location parse_location(ObjectReader& stent) {
+Location parse_location(vessels::ObjectReader& stent) {
   const json* at = stent.find("at");
   stent.require(at, "at",
                 "a point [x, y, z], \"lesion\", or {\"branch\": 0, \"arc_length\": \"12mm\"}");
@@ -34,7 +35,7 @@ Location parse_location(ObjectReader& stent) {
     return place;
   }
   if (at->is_object()) {
-    ObjectReader place = stent.object("at");
+    vessels::ObjectReader place = stent.object("at");
     const auto branch = place.integer("branch", 0, 1'000'000);
     const auto arc_length = place.length("arc_length", true);
     place.require(branch.has_value(), "branch",
@@ -50,7 +51,8 @@ Location parse_location(ObjectReader& stent) {
           at->dump());
 }
 
-void parse_vessel(ObjectReader vessel, const std::filesystem::path& relative_to, Case& result) {
+void parse_vessel(vessels::ObjectReader vessel, const std::filesystem::path& relative_to,
+                  Case& result) {
   const auto surface = vessel.text("surface");
   vessel.require(surface.has_value(), "surface", "the file of the lumen surface");
   result.surface = std::filesystem::weakly_canonical(relative_to / *surface);
@@ -67,7 +69,8 @@ void parse_vessel(ObjectReader vessel, const std::filesystem::path& relative_to,
   vessel.finish();
 }
 
-void parse_stent(ObjectReader stent, const std::filesystem::path& relative_to, Case& result) {
+void parse_stent(vessels::ObjectReader stent, const std::filesystem::path& relative_to,
+                 Case& result) {
   result.at = parse_location(stent);
   result.towards = stent.integer("towards", 0, 1'000'000);
   if (const auto design = stent.text("design")) {
@@ -86,7 +89,7 @@ void parse_stent(ObjectReader stent, const std::filesystem::path& relative_to, C
   if (!(diameter->is_string() && diameter->get<std::string>() == "auto"))
     result.diameter = stent.length("diameter");
   result.distal_diameter = stent.length("distal_diameter").value_or(0);
-  ObjectReader flare = stent.object("flare");
+  vessels::ObjectReader flare = stent.object("flare");
   result.flare_diameter = flare.length("diameter").value_or(0);
   result.flare_length = flare.length("length").value_or(0);
   if ((result.flare_diameter > 0) != (result.flare_length > 0)) {
@@ -114,7 +117,7 @@ void parse_stent(ObjectReader stent, const std::filesystem::path& relative_to, C
   stent.finish();
 }
 
-void parse_wall(ObjectReader wall, Case& result) {
+void parse_wall(vessels::ObjectReader wall, Case& result) {
   const auto preset = wall.choice<bool>("preset", {{"paper", true}, {"elastic", false}});
   result.paper_wall = preset.value_or(false);
   result.youngs_modulus =
@@ -129,8 +132,8 @@ void parse_wall(ObjectReader wall, Case& result) {
   wall.finish();
 }
 
-void parse_numerics(ObjectReader& root, Case& result) {
-  ObjectReader contact = root.object("contact");
+void parse_numerics(vessels::ObjectReader& root, Case& result) {
+  vessels::ObjectReader contact = root.object("contact");
   result.contact_distance = contact.length("distance");
   result.contact_stiffness = contact.number("stiffness_N_per_mm", 1e-9, 1e12,
                                             "a positive stiffness in N/mm (leave out: rigid)");
@@ -139,15 +142,15 @@ void parse_numerics(ObjectReader& root, Case& result) {
                    "is for smooth tubes; struts meet the wall rigidly at their own surface");
   }
   contact.finish();
-  ObjectReader patch = root.object("patch");
+  vessels::ObjectReader patch = root.object("patch");
   result.patch_margin = patch.length("margin");
   result.patch_edge_length = patch.length("edge_length");
   result.keep_refined = patch.boolean("keep_refined").value_or(true);
   patch.finish();
-  ObjectReader level_set = root.object("level_set");
+  vessels::ObjectReader level_set = root.object("level_set");
   result.voxel_size = level_set.length("voxel_size");
   level_set.finish();
-  ObjectReader solver = root.object("solver");
+  vessels::ObjectReader solver = root.object("solver");
   result.growth_per_step = solver.length("growth_per_step");
   result.iterations = solver.integer("iterations", 1, 100'000);
   result.tolerance = solver.number("tolerance", 1e-9, 1, "between 0 and 1");
@@ -158,9 +161,14 @@ void parse_numerics(ObjectReader& root, Case& result) {
 
 }  // namespace
 
+std::string length_text(double millimetres) {
+  char text[40];
+  return std::string(text, std::to_chars(text, text + sizeof text, millimetres).ptr) + "mm";
+}
+
 Case parse_case(const json& specification, const std::string& source,
                 const std::filesystem::path& relative_to) {
-  ObjectReader root(specification, source, "");
+  vessels::ObjectReader root(specification, source, "");
   Case result;
   root.require(root.find("vessel"), "vessel", "{\"surface\": ..., \"units\": ...}");
   root.require(root.find("stent"), "stent", "{\"at\": ..., \"length\": ..., \"diameter\": ...}");
@@ -173,7 +181,8 @@ Case parse_case(const json& specification, const std::string& source,
 }
 
 Case read_case(const std::filesystem::path& path) {
-  return parse_case(read_json(path), path.string(), std::filesystem::absolute(path).parent_path());
+  return parse_case(vessels::read_json(path), path.string(),
+                    std::filesystem::absolute(path).parent_path());
 }
 
 nlohmann::ordered_json to_json(const Case& c) {

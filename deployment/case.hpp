@@ -63,9 +63,6 @@ struct Case {
   int save_steps = 0;  ///< every N steps; 0: none
 };
 
-/// The source of a case that came as options; errors then name the option instead of the key.
-inline constexpr const char* kCommandLine = "command line";
-
 /// \throws Error (usage) `<source>: <key>: what is wrong, what is allowed`; unknown keys name the
 /// nearest known one
 Case parse_case(const nlohmann::json& json, const std::string& source,

@@ -6,10 +6,10 @@
 #include <stdexcept>
 
 #include "deployment/case.hpp"
-#include "deployment/json_object.hpp"
 #include "stents/catalogue.hpp"
 #include "stents/fields.hpp"
 #include "vessels/error.hpp"
+#include "vessels/json_object.hpp"
 
 namespace vstent::deployment {
 namespace {
@@ -27,7 +27,7 @@ const stents::Words<Provenance> kProvenances = {{"measured", Provenance::measure
 
 /// Fills fields from an object; those that are not there keep what they have.
 struct FieldReader {
-  ObjectReader& object;
+  vessels::ObjectReader& object;
 
   template <class Value>
   void take(const std::string& name, const std::optional<Value>& given, Value& value, Need need,
@@ -64,7 +64,7 @@ struct FieldReader {
   }
   template <class Visit>
   void group(const std::string& name, Visit&& visit) {
-    ObjectReader inner_object = object.object(name);
+    vessels::ObjectReader inner_object = object.object(name);
     FieldReader inner{inner_object};
     visit(inner);
     inner_object.finish();
@@ -107,7 +107,7 @@ stents::Parameters parameters_of(std::size_t family, std::index_sequence<I...>) 
 }
 
 /// Where the file starts from: a preset, or a family's empty parameters.
-Specification start_of(ObjectReader& root) {
+Specification start_of(vessels::ObjectReader& root) {
   const auto preset = root.text("preset");
   const auto family = root.text("family");
   Specification s;
@@ -139,7 +139,8 @@ Specification start_of(ObjectReader& root) {
   return *found;
 }
 
-void complete_section(ObjectReader& root, const json* given, stents::CrossSection& section) {
+void complete_section(vessels::ObjectReader& root, const json* given,
+                      stents::CrossSection& section) {
   const bool says_thickness = given && given->contains("thickness");
   const bool says_edge = given && given->contains("edge_radius");
   if (section.round) {
@@ -161,13 +162,13 @@ void complete_section(ObjectReader& root, const json* given, stents::CrossSectio
   }
 }
 
-std::vector<stents::Figure> read_figures(ObjectReader& root, const std::string& source) {
+std::vector<stents::Figure> read_figures(vessels::ObjectReader& root, const std::string& source) {
   std::vector<stents::Figure> figures;
   const json* list = root.find("figures");
   if (!list) return figures;
   if (!list->is_array()) root.refuse("figures", "must be a list [ ... ]");
   for (std::size_t i = 0; i < list->size(); ++i) {
-    ObjectReader item((*list)[i], source, root.key("figures") + "/" + std::to_string(i));
+    vessels::ObjectReader item((*list)[i], source, root.key("figures") + "/" + std::to_string(i));
     const auto name = item.text("name"), value = item.text("value"), from = item.text("source");
     const auto provenance = item.choice("provenance", kProvenances);
     item.require(name.has_value(), "name", "what the figure is of");
@@ -197,7 +198,7 @@ void document_changes(const Specification& before, const std::string& source, Sp
 }  // namespace
 
 Specification parse_design(const json& design, const std::string& source) {
-  ObjectReader root(design, source, "");
+  vessels::ObjectReader root(design, source, "");
   if (root.find("surface"))
     root.refuse("surface", "a surface has no parameters to show; `vstent stent` draws it");
   Specification s = start_of(root);
@@ -227,7 +228,7 @@ Specification parse_design(const json& design, const std::string& source) {
 }
 
 Specification read_design(const std::filesystem::path& path) {
-  return parse_design(read_json(path), path.string());
+  return parse_design(vessels::read_json(path), path.string());
 }
 
 Specification find_design(const std::string& name_or_path) {
@@ -235,7 +236,7 @@ Specification find_design(const std::string& name_or_path) {
   if (std::filesystem::path(name_or_path).extension() == ".json") return read_design(name_or_path);
   std::vector<std::string> names;
   for (const Specification& each : stents::catalogue()) names.push_back(each.name);
-  const std::string nearest = nearest_word(name_or_path, names);
+  const std::string nearest = vessels::nearest_word(name_or_path, names);
   throw Error(ExitCode::usage,
               "no design is called \"" + name_or_path + "\"" +
                   (nearest.empty() ? "" : "; did you mean \"" + nearest + "\"?") +

@@ -6,11 +6,11 @@
 #include <numbers>
 #include <optional>
 
-#include "deployment/json_object.hpp"
 #include "sdf/signed_mesh_distance.hpp"
 #include "vessels/check.hpp"
 #include "vessels/error.hpp"
 #include "vessels/file_guard.hpp"
+#include "vessels/json_object.hpp"
 #include "vessels/refine.hpp"
 #include "vessels/surface.hpp"
 #include "vessels/text.hpp"
@@ -33,7 +33,7 @@ struct Description {
   double crimped_diameter = 0, largest_diameter = 0;
 };
 
-std::optional<Vec3> direction(ObjectReader& root) {
+std::optional<Vec3> direction(vessels::ObjectReader& root) {
   const nlohmann::json* axis = root.find("axis");
   if (!axis) return std::nullopt;
   Vec3 result = Vec3::Zero();
@@ -48,8 +48,8 @@ std::optional<Vec3> direction(ObjectReader& root) {
 }
 
 Description read_description(const std::filesystem::path& path) {
-  const nlohmann::json json = read_json(path);
-  ObjectReader root(json, path.string(), "");
+  const nlohmann::json json = vessels::read_json(path);
+  vessels::ObjectReader root(json, path.string(), "");
   Description d;
   const auto surface = root.text("surface");
   root.require(surface.has_value(), "surface", "the file of the straight stent's surface");
@@ -161,7 +161,7 @@ bool is_surface_design(const std::string& design) {
   if (extension == ".stl" || extension == ".vtp" || extension == ".vtk" || extension == ".obj")
     return true;
   if (extension != ".json") return false;
-  const nlohmann::json json = read_json(design);
+  const nlohmann::json json = vessels::read_json(design);
   return json.is_object() && json.contains("surface");
 }
 

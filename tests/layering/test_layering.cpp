@@ -18,6 +18,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"vessels", {"vessels", "sdf"}},
     {"measure", {"measure", "sdf", "stents", "vessels"}},
     {"deployment", {"deployment", "sdf", "xpbd", "stents", "vessels", "measure"}},
+    {"flow", {"flow", "vessels", "sdf", "measure"}},
     {"meshing", {"meshing", "flow", "vessels", "sdf", "measure"}},
     {"report", {"report", "vessels", "sdf", "measure"}},
     {"apps",

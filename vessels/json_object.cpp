@@ -1,15 +1,14 @@
-#include "deployment/json_object.hpp"
+#include "vessels/json_object.hpp"
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <fstream>
 #include <sstream>
 
-#include "deployment/case.hpp"
 #include "vessels/error.hpp"
+#include "vessels/units.hpp"
 
-namespace vstent::deployment {
+namespace vstent::vessels {
 namespace {
 
 using nlohmann::json;
@@ -68,11 +67,6 @@ std::string nearest_word(const std::string& given, const std::vector<std::string
   return nearest;
 }
 
-std::string length_text(double millimetres) {
-  char text[40];
-  return std::string(text, std::to_chars(text, text + sizeof text, millimetres).ptr) + "mm";
-}
-
 ObjectReader::ObjectReader(const json& object, std::string source, std::string prefix)
     : object_(object), source_(std::move(source)), prefix_(std::move(prefix)) {
   if (!object.is_object())
@@ -112,8 +106,7 @@ std::optional<double> ObjectReader::length(const std::string& name, bool zero_al
   if (!given.empty() && !std::isalpha(static_cast<unsigned char>(given.back()))) {
     refuse(name, "needs a unit (mm, cm or m), is \"" + given + "\"");
   }
-  const double millimetres =
-      vessels::parse_length(given, vessels::LengthUnit::mm, named(source_, key(name)));
+  const double millimetres = parse_length(given, LengthUnit::mm, named(source_, key(name)));
   if (!(millimetres > 0) && !(zero_allowed && millimetres == 0)) {
     refuse(name, "must be positive, is " + given);
   }
@@ -164,7 +157,7 @@ void ObjectReader::finish() const {
 json read_json(const std::filesystem::path& path) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) {
-    throw Error(ExitCode::usage, path.string() + ": is a folder; give the case file in it");
+    throw Error(ExitCode::usage, path.string() + ": is a folder; give the file in it");
   }
   std::ifstream file(path, std::ios::binary);
   if (!file) throw Error(ExitCode::usage, path.string() + ": cannot be read; is the path right?");
@@ -182,4 +175,4 @@ json read_json(const std::filesystem::path& path) {
   }
 }
 
-}  // namespace vstent::deployment
+}  // namespace vstent::vessels

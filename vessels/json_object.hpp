@@ -9,7 +9,10 @@
 #include <utility>
 #include <vector>
 
-namespace vstent::deployment {
+namespace vstent::vessels {
+
+/// The source of an object that came as options; errors then name the option instead of the key.
+inline constexpr const char* kCommandLine = "command line";
 
 /// Reads one JSON object key by key, and at the end refuses the keys nobody asked for, naming the
 /// nearest known one. The object must outlive its reader. \throws Error (usage)
@@ -63,4 +66,4 @@ std::optional<Value> ObjectReader::choice(
   refuse(name, "must be one of " + allowed + ", is \"" + *given + "\"");
 }
 
-}  // namespace vstent::deployment
+}  // namespace vstent::vessels
