@@ -1,0 +1,366 @@
+// vstent cfd: from a stented surface to a case for a flow solver.
+#include <chrono>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "apps/commands.hpp"
+#include "apps/mesh_picture.hpp"
+#include "apps/terminal.hpp"
+#include "deployment/result_folder.hpp"
+#include "meshing/faces.hpp"
+#include "meshing/layers.hpp"
+#include "meshing/mesh_complete.hpp"
+#include "meshing/solver_xml.hpp"
+#include "meshing/volume.hpp"
+#include "vessels/error.hpp"
+#include "vessels/file_guard.hpp"
+#include "vessels/json_object.hpp"
+#include "vessels/text.hpp"
+
+namespace vstent::apps {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+struct Arguments {
+  std::string input, out, units, edge, thickness, conditions, names, faces;
+  std::string mesher = "gmsh";
+  double time_limit = 1800;
+  meshing::LayerOptions layers;
+  meshing::SolverOptions solver;
+  bool picture = true;
+  ThreadLimit threads;
+};
+
+/// The surface, and where it is from.
+struct Input {
+  fs::path surface;
+  vessels::LengthUnit unit = vessels::LengthUnit::mm;
+};
+
+Input input_of(const Arguments& a) {
+  Input input{a.input, {}};
+  std::string units = a.units;
+  if (fs::is_directory(a.input)) {
+    const fs::path specification = fs::path(a.input) / "case.json";
+    const nlohmann::json json = vessels::read_json(specification);
+    const nlohmann::json::json_pointer key("/vessel/units");
+    if (!json.contains(key) || !json[key].is_string())
+      throw Error(ExitCode::input_file, specification.string() +
+                                            ": /vessel/units is missing: the length unit of the "
+                                            "surfaces");
+    const std::string own = json[key].get<std::string>();
+    if (!units.empty() && units != own)
+      throw Error(ExitCode::usage, "command line: --units " + units + " contradicts " +
+                                       specification.string() + ", which says " + own);
+    units = own;
+    input.surface = fs::path(a.input) / "stented.vtp";
+  }
+  if (units.empty())
+    throw Error(ExitCode::usage,
+                "command line: --units is missing: the surface's length unit, mm, cm or m");
+  input.unit = vessels::parse_unit(units);
+  return input;
+}
+
+/// What boundary conditions and options say about faces.
+meshing::FaceNames names_of(const Arguments& a,
+                            const std::optional<flow::BoundaryConditions>& conditions) {
+  meshing::FaceNames names;
+  if (!a.names.empty()) names.names = meshing::read_face_names(a.names);
+  if (!a.faces.empty()) names.files = meshing::face_files(a.faces);
+  if (!conditions) return names;
+  for (const flow::FaceCondition& face : conditions->faces) {
+    if (face.face_id) names.names.emplace(*face.face_id, face.name);
+  }
+  if (names.files.empty() && !conditions->caps.empty())
+    names.files = meshing::face_files(conditions->caps);
+  return names;
+}
+
+Vec3 centre_of(const meshing::Model& model, int id) {
+  Vec3 sum = Vec3::Zero();
+  double area = 0;
+  for (const Triangle& t : meshing::triangles_of(model, id)) {
+    const auto at = [&](std::size_t k) -> const Vec3& {
+      return model.mesh.points[static_cast<std::size_t>(t[k])];
+    };
+    const double part = (at(1) - at(0)).cross(at(2) - at(0)).norm();
+    sum += part * (at(0) + at(1) + at(2)) / 3;
+    area += part;
+  }
+  return sum / area;
+}
+
+/// Conditions that say where they are name the cap that is nearest.
+void name_by_place(meshing::Model& model, const flow::BoundaryConditions& conditions,
+                   vessels::LengthUnit unit) {
+  std::map<int, std::string> taken;
+  for (const flow::FaceCondition& condition : conditions.faces) {
+    if (!condition.near_to) continue;
+    const auto& [x, y, z] = *condition.near_to;
+    const Vec3 point = Vec3(x, y, z) * vessels::millimetres_per(unit);
+    meshing::Face* nearest = nullptr;
+    double least = std::numeric_limits<double>::infinity();
+    for (meshing::Face& face : model.faces) {
+      if (!face.cap) continue;
+      const double distance = (centre_of(model, face.id) - point).norm();
+      if (distance < least) {
+        least = distance;
+        nearest = &face;
+      }
+    }
+    if (nearest == nullptr) return;
+    const auto [other, fresh] = taken.emplace(nearest->id, condition.name);
+    if (!fresh)
+      throw Error(ExitCode::usage, conditions.source + ": /faces: " + other->second + " and " +
+                                       condition.name + " lie nearest to the same cap");
+    nearest->name = condition.name;
+  }
+}
+
+void say(const std::vector<std::string>& notes) {
+  for (const std::string& note : notes) std::cerr << "note: " << note << '\n';
+}
+
+std::string formatted(const char* format, auto... values) {
+  char text[300];
+  std::snprintf(text, sizeof text, format, values...);
+  return text;
+}
+
+ordered_json quality_json(const meshing::TetMesh& mesh) {
+  const meshing::TetQuality q = meshing::quality(mesh);
+  return {{"tetrahedra", mesh.tetrahedra.size()},
+          {"smallest_dihedral_deg", q.smallest_dihedral},
+          {"largest_dihedral_deg", q.largest_dihedral},
+          {"dihedral_p1_deg", q.dihedral_p1},
+          {"dihedral_median_deg", q.dihedral_median},
+          {"below_10_deg", q.below_10},
+          {"mean_edge_mm", q.mean_edge},
+          {"volume_mm3", q.volume}};
+}
+
+/// One run, from the surface to the published folder.
+class Run {
+ public:
+  explicit Run(const Arguments& arguments) : a_(arguments), input_(input_of(arguments)) {}
+
+  void operator()() {
+    const auto begin = std::chrono::steady_clock::now();
+    deployment::ResultFolder folder(a_.out);
+    std::optional<flow::BoundaryConditions> conditions;
+    if (!a_.conditions.empty()) conditions = flow::read_boundary_conditions(a_.conditions);
+    make_model(conditions);
+    std::optional<meshing::SolverCase> solver;
+    if (conditions) {
+      say(conditions->notes);
+      solver = meshing::solver_case(model_, *conditions, a_.solver);
+    }
+    fill(folder.stage());
+    progress_.show("writing mesh-complete ...");
+    meshing::write_mesh_complete(model_, mesh_, behind_, folder.stage() / "mesh-complete");
+    if (solver) write_case(*solver, folder.stage());
+    describe_faces();
+    if (a_.picture) draw_mesh(model_, mesh_, folder.stage() / "mesh.png");
+    progress_.clear();
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    vessels::write_whole(folder.stage() / "cfd.json", report_.dump(2) + "\n");
+    if (interrupted()) throw Error(ExitCode::interrupted, "stopped on request");
+    folder.publish();
+    summarise(solver.has_value(), seconds, folder.final_folder());
+  }
+
+ private:
+  void make_model(const std::optional<flow::BoundaryConditions>& conditions) {
+    progress_.show("reading ...");
+    const vessels::Surface surface = vessels::read_surface(input_.surface, input_.unit);
+    progress_.show("finding faces ...");
+    meshing::NamedModel named = meshing::model_of(surface, names_of(a_, conditions));
+    progress_.clear();
+    say(named.notes);
+    model_ = std::move(named.model);
+    if (conditions) name_by_place(model_, *conditions, input_.unit);
+    meshing::require_writable_faces(model_);
+    report_["surface"] = input_.surface.string();
+    report_["units"] = vessels::name(input_.unit);
+    report_["written_units"] = "cm";
+  }
+
+  void fill(const fs::path& stage) {
+    meshing::VolumeOptions options;
+    options.mesher = a_.mesher == "gmsh" ? meshing::Mesher::gmsh : meshing::Mesher::tetgen;
+    options.time_limit = a_.time_limit;
+    options.folder = stage;
+    if (!a_.edge.empty())
+      options.edge = vessels::parse_length(a_.edge, vessels::LengthUnit::mm, "--edge");
+    options.keep_going = [&](double seconds) {
+      progress_.show(formatted("meshing with %s: %.0f s", a_.mesher.c_str(), seconds));
+      return !interrupted();
+    };
+    if (a_.layers.count == 0) {
+      meshing::Volume volume = meshing::fill(model_.mesh, options);
+      report_["core"] = quality_json(volume.mesh);
+      mesh_ = std::move(volume.mesh);
+      behind_ = std::move(volume.behind);
+      note_mesher(volume);
+      return;
+    }
+    meshing::LayerOptions layer_options = a_.layers;
+    if (!a_.thickness.empty())
+      layer_options.thickness =
+          vessels::parse_length(a_.thickness, vessels::LengthUnit::mm, "--layer-thickness");
+    progress_.show("growing boundary layers ...");
+    meshing::Layers layers = meshing::grow_layers(model_, layer_options, input_.unit);
+    progress_.clear();
+    for (const std::string& warning : layers.warnings) std::cerr << "warning: " << warning << '\n';
+    meshing::Volume core = meshing::fill(layers.core, options);
+    note_mesher(core);
+    mesh_ = meshing::joined(layers, core.mesh);
+    model_ = std::move(layers.model);
+    meshing::Partition partition = meshing::check_partition(mesh_, model_.mesh.triangles);
+    if (!partition.fault.empty())
+      throw Error(ExitCode::numerical,
+                  "the boundary layers do not fit their core: " + partition.fault);
+    behind_ = std::move(partition.behind);
+    report_["core"] = quality_json(core.mesh);
+    report_["layers"] = quality_json(layers.mesh);
+    report_["layers"]["count"] = layer_options.count;
+    report_["layers"]["smallest_thickness_mm"] = layers.smallest;
+    report_["layers"]["median_thickness_mm"] = layers.median;
+    report_["layers"]["largest_thickness_mm"] = layers.largest;
+    report_["layers"]["thinned_points"] = layers.thinned;
+  }
+
+  void note_mesher(const meshing::Volume& volume) {
+    report_["mesher"] = {{"program", volume.mesher},
+                         {"seconds", volume.seconds},
+                         {"peak_megabytes", volume.peak_megabytes}};
+  }
+
+  void write_case(const meshing::SolverCase& solver, const fs::path& stage) {
+    say(solver.notes);
+    vessels::write_whole(stage / "solver.xml", solver.xml);
+    for (const auto& [name, text] : solver.files) vessels::write_whole(stage / name, text);
+    report_["solver"] = {{"period_s", solver.period},
+                         {"time_step_s", solver.time_step},
+                         {"time_steps", solver.time_steps},
+                         {"conditions", a_.conditions}};
+  }
+
+  void describe_faces() {
+    report_["points"] = mesh_.points.size();
+    report_["tetrahedra"] = mesh_.tetrahedra.size();
+    for (const meshing::Face& face : model_.faces) {
+      double area = 0;
+      const std::vector<Triangle> triangles = meshing::triangles_of(model_, face.id);
+      for (const Triangle& t : triangles) {
+        const auto at = [&](std::size_t k) -> const Vec3& {
+          return model_.mesh.points[static_cast<std::size_t>(t[k])];
+        };
+        area += (at(1) - at(0)).cross(at(2) - at(0)).norm() / 2;
+      }
+      report_["faces"].push_back({{"name", face.name},
+                                  {"id", face.id},
+                                  {"cap", face.cap},
+                                  {"triangles", triangles.size()},
+                                  {"area_mm2", area}});
+    }
+  }
+
+  void summarise(bool solver, double seconds, const fs::path& out) const {
+    const ordered_json& core = report_["core"];
+    std::cout << "mesh              " << mesh_.tetrahedra.size() << " tetrahedra, "
+              << mesh_.points.size() << " points, in cm whatever the input's unit\n";
+    std::cout << formatted(
+        "dihedral angles   %.1f to %.1f deg, half of the elements above %.0f deg%s\n",
+        core["smallest_dihedral_deg"].get<double>(), core["largest_dihedral_deg"].get<double>(),
+        core["dihedral_median_deg"].get<double>(),
+        report_.contains("layers") ? " (without layers)" : "");
+    if (report_.contains("layers"))
+      std::cout << formatted(
+          "boundary layers   %d, together %.3g to %.3g mm thick (median %.3g mm)\n",
+          report_["layers"]["count"].get<int>(),
+          report_["layers"]["smallest_thickness_mm"].get<double>(),
+          report_["layers"]["largest_thickness_mm"].get<double>(),
+          report_["layers"]["median_thickness_mm"].get<double>());
+    std::string faces;
+    for (const meshing::Face& face : model_.faces) faces += (faces.empty() ? "" : ", ") + face.name;
+    std::cout << "faces             " << faces << '\n';
+    std::cout << formatted("effort            %.1f s, of which %s %.1f s and %.0f MB\n", seconds,
+                           a_.mesher.c_str(), report_["mesher"]["seconds"].get<double>(),
+                           report_["mesher"]["peak_megabytes"].get<double>());
+    std::cout << "result            " << out.string()
+              << (solver ? "\n" : " (no solver.xml: no --boundary-conditions)\n") << kDisclaimer
+              << '\n';
+  }
+
+  const Arguments& a_;
+  Input input_;
+  Progress progress_;
+  meshing::Model model_;
+  meshing::TetMesh mesh_;
+  std::vector<int> behind_;
+  ordered_json report_;
+};
+
+void run(const Arguments& a) {
+  a.threads.apply();
+  Run{a}();
+}
+
+}  // namespace
+
+void add_cfd(CLI::App& app) {
+  auto* command = app.add_subcommand(
+      "cfd", std::string("Mesh a lumen surface for a flow solver. ") + kDisclaimer);
+  auto a = std::make_shared<Arguments>();
+  command
+      ->add_option("input", a->input,
+                   "A folder that `vstent deploy` wrote, or a lumen surface (.vtp .vtk .stl .obj)")
+      ->required();
+  command->add_option("-o,--out", a->out, "Folder for mesh-complete and solver.xml")->required();
+  command->add_option("--units", a->units, "Length unit of a surface: mm, cm or m");
+  command->add_option("--edge", a->edge, "Length of edges (0.5mm); default: that of the surface");
+  command->add_option("--boundary-conditions", a->conditions,
+                      "bc.json: what holds at each cap; without it there is no solver.xml");
+  command->add_option("--face-names", a->names, "JSON: names by ModelFaceID, {\"1\": \"wall\"}");
+  command->add_option("--faces", a->faces,
+                      "Folder of one surface file per face, which name the faces");
+  command->add_option("--layers", a->layers.count, "Boundary layers along the walls")
+      ->check(CLI::Range(0, 30));
+  command->add_option("--layer-thickness", a->thickness,
+                      "Of all layers together (0.6mm); default: the innermost half an edge");
+  command
+      ->add_option("--layer-growth", a->layers.growth,
+                   "Thickness of a layer over that of its neighbour nearer the wall")
+      ->capture_default_str();
+  command->add_option("--mesher", a->mesher, "gmsh (its HXT) or tetgen")
+      ->check(CLI::IsMember({"gmsh", "tetgen"}))
+      ->capture_default_str();
+  command->add_option("--time-limit", a->time_limit, "Seconds that the mesher may take")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--beats", a->solver.beats, "Heart beats to simulate")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command->add_option("--steps-per-beat", a->solver.steps_per_beat, "Time steps in a beat")
+      ->check(CLI::Range(10, 1000000))
+      ->capture_default_str();
+  command->add_flag("!--no-picture", a->picture, "Do not draw mesh.png");
+  a->threads.add_option(*command);
+  command->footer(
+      "Examples:\n"
+      "  vstent cfd OUT --edge 0.6mm --boundary-conditions bc.json -o CASE\n"
+      "  vstent cfd stented.vtp --units cm --layers 3 -o CASE\n"
+      "CASE holds mesh-complete as SimVascular writes it, solver.xml for svMultiPhysics with its "
+      "waveforms, cfd.json, mesh.png; all in cgs, whatever the input's unit. The mesher (package "
+      "gmsh or tetgen) is found in PATH, or named in VSTENT_GMSH or VSTENT_TETGEN.");
+  command->callback([a] { run(*a); });
+}
+
+}  // namespace vstent::apps
