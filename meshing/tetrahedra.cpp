@@ -128,19 +128,6 @@ double signed_volume(const TetMesh& mesh, const Tetrahedron& t) {
          6;
 }
 
-double enclosed_volume(const TriangleMesh& surface) {
-  if (surface.points.empty()) return 0;
-  const Vec3 origin = surface.points.front();  // near by, so that little cancels
-  double volume = 0;
-  for (const Triangle& t : surface.triangles) {
-    volume += (at(surface.points, t[0]) - origin)
-                  .cross(at(surface.points, t[1]) - origin)
-                  .dot(at(surface.points, t[2]) - origin) /
-              6;
-  }
-  return volume;
-}
-
 Partition check_partition(const TetMesh& mesh, const std::vector<Triangle>& surface) {
   Partition result;
   if (mesh.tetrahedra.empty()) {

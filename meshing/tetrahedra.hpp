@@ -22,9 +22,6 @@ Triangle facet(const Tetrahedron& tetrahedron, int k);
 
 double signed_volume(const TetMesh& mesh, const Tetrahedron& tetrahedron);
 
-/// The volume that a closed, outward oriented surface encloses.
-double enclosed_volume(const TriangleMesh& surface);
-
 /// Whether tetrahedra are a partition of what `surface` encloses, decided with exact signs: all are
 /// right way round, every facet is shared by two of them or is one of the surface's triangles, all
 /// of those occur, all hang together over facets, no point is unused.

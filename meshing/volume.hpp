@@ -14,9 +14,11 @@ std::string name(Mesher mesher);
 
 struct VolumeOptions {
   Mesher mesher = Mesher::gmsh;
-  std::string program;       ///< the executable; empty: VSTENT_GMSH or VSTENT_TETGEN, or from PATH
-  double edge = 0;           ///< mm; the largest edge to aim at inside; 0: that of the surface
-  double time_limit = 1800;  ///< s
+  std::string program;  ///< the executable; empty: VSTENT_GMSH or VSTENT_TETGEN, or from PATH
+  /// mm; mean edge to aim at inside, not below 3/4 of that of the surface; 0: that of the surface,
+  /// by area. Near the surface elements are as large as its triangles.
+  double edge = 0;
+  double time_limit = 1800;      ///< s
   std::filesystem::path folder;  ///< to work in, an existing one; emptied of what is put there
   std::function<bool(double seconds)>
       keep_going;  ///< called while the mesher works; false stops it

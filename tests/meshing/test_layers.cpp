@@ -6,6 +6,7 @@
 
 #include "meshing/cap.hpp"
 #include "meshing/layers.hpp"
+#include "meshing/quality.hpp"
 #include "tests/meshing/models.hpp"
 #include "tests/vessels/shapes.hpp"
 #include "vessels/check.hpp"

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "meshing/quality.hpp"
 #include "meshing/tetrahedra.hpp"
 #include "tests/meshing/blocks.hpp"
 

@@ -10,6 +10,7 @@
 #include "meshing/cap.hpp"
 #include "meshing/mesher_files.hpp"
 #include "meshing/program.hpp"
+#include "meshing/quality.hpp"
 #include "meshing/volume.hpp"
 #include "tests/meshing/blocks.hpp"
 #include "tests/temporary_folder.hpp"
