@@ -9,12 +9,15 @@
 #include "apps/mesh_picture.hpp"
 #include "apps/terminal.hpp"
 #include "deployment/result_folder.hpp"
+#include "meshing/crossings.hpp"
 #include "meshing/faces.hpp"
 #include "meshing/layers.hpp"
 #include "meshing/mesh_complete.hpp"
+#include "meshing/remesh.hpp"
 #include "meshing/solver_xml.hpp"
 #include "meshing/volume.hpp"
 #include "vessels/error.hpp"
+#include "vessels/file_arrays.hpp"
 #include "vessels/file_guard.hpp"
 #include "vessels/json_object.hpp"
 #include "vessels/text.hpp"
@@ -27,7 +30,7 @@ using nlohmann::ordered_json;
 
 struct Arguments {
   std::string input, out, units, edge, thickness, conditions, names, faces;
-  std::string mesher = "gmsh";
+  std::string mesher = "gmsh", remesh, adaptive;
   double time_limit = 1800;
   meshing::LayerOptions layers;
   meshing::SolverOptions solver;
@@ -160,6 +163,7 @@ class Run {
       say(conditions->notes);
       solver = meshing::solver_case(model_, *conditions, a_.solver);
     }
+    remesh();
     fill(folder.stage());
     progress_.show("writing mesh-complete ...");
     meshing::write_mesh_complete(model_, mesh_, behind_, folder.stage() / "mesh-complete");
@@ -189,6 +193,70 @@ class Run {
     report_["surface"] = input_.surface.string();
     report_["units"] = vessels::name(input_.unit);
     report_["written_units"] = "cm";
+    region_ = moved_triangles(surface);
+    edge_ = a_.edge.empty() ? 0 : vessels::parse_length(a_.edge, vessels::LengthUnit::mm, "--edge");
+    if (!a_.edge.empty() && !(edge_ > 0))
+      throw Error(ExitCode::usage, "command line: --edge: must be positive");
+  }
+
+  /// Where the stent moved the wall; empty where the surface does not say.
+  std::vector<char> moved_triangles(const vessels::Surface& surface) const {
+    const vessels::Fields fields = vessels::vertex_fields(surface);
+    const auto found = fields.find("Displacement");
+    if (found == fields.end() || found->second.size() != 3 * surface.mesh.points.size()) return {};
+    std::vector<char> region(model_.mesh.triangles.size(), 0);
+    for (std::size_t t = 0; t < surface.mesh.triangles.size(); ++t) {
+      for (const int v : surface.mesh.triangles[t]) {
+        for (std::size_t k = 0; k < 3; ++k)
+          if (found->second[3 * static_cast<std::size_t>(v) + k] != 0) region[t] = 1;
+      }
+    }
+    return region;
+  }
+
+  void remesh() {
+    std::string how = a_.remesh;
+    if (how.empty()) how = !region_.empty() ? "region" : edge_ > 0 ? "all" : "none";
+    if (how == "region" && region_.empty())
+      throw Error(ExitCode::usage,
+                  "command line: --remesh region: " + input_.surface.string() +
+                      " has no point array Displacement, as `vstent deploy` writes it; use all");
+    if (how != "none") {
+      meshing::RemeshOptions options;
+      options.resample_rims = how == "all";
+      options.edge_lengths.everywhere =
+          edge_ > 0 ? edge_ : meshing::measure_quality(model_.mesh).mean_edge;
+      if (!a_.adaptive.empty()) {
+        const double longest = options.edge_lengths.everywhere;
+        const double deviation =
+            vessels::parse_length(a_.adaptive, vessels::LengthUnit::mm, "--adaptive");
+        options.edge_lengths.adaptive = meshing::Adaptive{longest / 4, longest, deviation};
+      }
+      progress_.show("remeshing the surface ...");
+      meshing::Remeshed remeshed = meshing::remesh(
+          model_, how == "all" ? std::vector<char>() : region_, options, input_.unit);
+      progress_.clear();
+      model_ = std::move(remeshed.model);
+      report_["remesh"] = {{"region", how},
+                           {"edge_mm", options.edge_lengths.everywhere},
+                           {"triangles_before", remeshed.before.triangles},
+                           {"triangles_after", remeshed.after.triangles},
+                           {"smallest_angle_before_deg", remeshed.before.smallest_angle},
+                           {"smallest_angle_after_deg", remeshed.after.smallest_angle},
+                           {"mean_edge_after_mm", remeshed.after.mean_edge},
+                           {"deviation_mm", remeshed.deviation},
+                           {"volume_change", remeshed.volume_change}};
+    }
+    progress_.show("looking for places where the surface crosses itself ...");
+    meshing::require_no_crossings(model_.mesh, input_.unit, input_.surface.string());
+    progress_.clear();
+    const meshing::SurfaceQuality q = meshing::measure_quality(model_.mesh);
+    report_["boundary"] = {{"triangles", q.triangles},
+                           {"smallest_angle_deg", q.smallest_angle},
+                           {"mean_edge_mm", q.mean_edge}};
+    if (how != "all" && edge_ > 0 && edge_ < 0.75 * q.mean_edge)
+      std::cerr << "warning: the surface's edges of " << vessels::number(q.mean_edge)
+                << " mm on average stay longer than --edge; ask for --remesh all\n";
   }
 
   void fill(const fs::path& stage) {
@@ -196,8 +264,7 @@ class Run {
     options.mesher = a_.mesher == "gmsh" ? meshing::Mesher::gmsh : meshing::Mesher::tetgen;
     options.time_limit = a_.time_limit;
     options.folder = stage;
-    if (!a_.edge.empty())
-      options.edge = vessels::parse_length(a_.edge, vessels::LengthUnit::mm, "--edge");
+    options.edge = edge_;
     options.keep_going = [&](double seconds) {
       progress_.show(formatted("meshing with %s: %.0f s", a_.mesher.c_str(), seconds));
       return !interrupted();
@@ -288,6 +355,16 @@ class Run {
           report_["layers"]["smallest_thickness_mm"].get<double>(),
           report_["layers"]["largest_thickness_mm"].get<double>(),
           report_["layers"]["median_thickness_mm"].get<double>());
+    if (report_.contains("remesh"))
+      std::cout << formatted(
+          "surface           %zu triangles remeshed to %zu (%s), smallest angle %.1f deg, "
+          "%.2g mm from the one before, volume %+.2g %%\n",
+          report_["remesh"]["triangles_before"].get<std::size_t>(),
+          report_["remesh"]["triangles_after"].get<std::size_t>(),
+          report_["remesh"]["region"].get<std::string>().c_str(),
+          report_["remesh"]["smallest_angle_after_deg"].get<double>(),
+          report_["remesh"]["deviation_mm"].get<double>(),
+          100 * report_["remesh"]["volume_change"].get<double>());
     std::string faces;
     for (const meshing::Face& face : model_.faces) faces += (faces.empty() ? "" : ", ") + face.name;
     std::cout << "faces             " << faces << '\n';
@@ -303,6 +380,8 @@ class Run {
   Input input_;
   Progress progress_;
   meshing::Model model_;
+  double edge_ = 0;           // mm asked for; 0: none
+  std::vector<char> region_;  // per triangle: moved by the stent
   meshing::TetMesh mesh_;
   std::vector<int> behind_;
   ordered_json report_;
@@ -326,6 +405,15 @@ void add_cfd(CLI::App& app) {
   command->add_option("-o,--out", a->out, "Folder for mesh-complete and solver.xml")->required();
   command->add_option("--units", a->units, "Length unit of a surface: mm, cm or m");
   command->add_option("--edge", a->edge, "Length of edges (0.5mm); default: that of the surface");
+  command
+      ->add_option("--remesh", a->remesh,
+                   "The surface's triangles: region (where the stent moved the wall; default for "
+                   "its results), all (default with --edge), none")
+      ->check(CLI::IsMember({"region", "all", "none"}));
+  command->add_option(
+      "--adaptive", a->adaptive,
+      "Shorter edges (to a quarter) where the surface bends, so that triangles stay "
+      "this near to it (0.02mm)");
   command->add_option("--boundary-conditions", a->conditions,
                       "bc.json: what holds at each cap; without it there is no solver.xml");
   command->add_option("--face-names", a->names, "JSON: names by ModelFaceID, {\"1\": \"wall\"}");

@@ -93,7 +93,7 @@ double edge_by_area(const TriangleMesh& surface) {
 
 /// HXT's edges are longer than the size it is given by this factor (measured on uniform surfaces:
 /// 1.39 to 1.43); sizes below half the surface's edges make it slow and its elements bad.
-constexpr double kHxtEdgePerSize = 1.41421356;
+constexpr double kHxtEdgePerSize = std::numbers::sqrt2;
 
 std::string gmsh_script(double edge) {
   char size[60];
