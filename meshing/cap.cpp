@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "meshing/isotropic.hpp"
 #include "vessels/check.hpp"
 #include "vessels/error.hpp"
 #include "vessels/predicates.hpp"
@@ -71,6 +72,52 @@ bool star_shaped(const Outline& outline) {
   return true;
 }
 
+/// Triangles over the flat outline, with its points first: a fan, or ears where it is not seen from
+/// its centre.
+TriangleMesh covered(const Outline& outline) {
+  TriangleMesh mesh;
+  std::vector<int> polygon;
+  for (const auto& [x, y] : outline.flat) {
+    polygon.push_back(static_cast<int>(mesh.points.size()));
+    mesh.points.emplace_back(x, y, 0);
+  }
+  if (star_shaped(outline)) {
+    const int centre = static_cast<int>(mesh.points.size());
+    mesh.points.emplace_back(0, 0, 0);
+    for (std::size_t i = 0; i < polygon.size(); ++i)
+      mesh.triangles.push_back({polygon[i], polygon[outline.next(i)], centre});
+  } else {
+    bool simple = true;
+    mesh.triangles = vessels::triangulate(polygon, mesh.points, simple);
+  }
+  return mesh;
+}
+
+/// Height over the mean plane at a place within the outline: mean value coordinates of the rim's
+/// heights (Floater 2003).
+double height(const Outline& outline, const std::vector<double>& heights, const Vec3& place) {
+  double sum = 0, total = 0;
+  const std::size_t n = heights.size();
+  const auto spoke = [&](std::size_t i) {
+    return Eigen::Vector2d(outline.flat[i][0] - place.x(), outline.flat[i][1] - place.y());
+  };
+  const auto half_tangent = [&](std::size_t i) {
+    const Eigen::Vector2d u = spoke(i), v = spoke(outline.next(i));
+    const double cross = u.x() * v.y() - u.y() * v.x();
+    const double lengths = u.norm() * v.norm();
+    return cross / (lengths + u.dot(v));
+  };
+  double before = half_tangent(n - 1);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double after = half_tangent(i);
+    const double weight = (before + after) / spoke(i).norm();
+    sum += weight * heights[i];
+    total += weight;
+    before = after;
+  }
+  return sum / total;
+}
+
 }  // namespace
 
 std::vector<Opening> find_openings(const TriangleMesh& mesh) {
@@ -105,15 +152,32 @@ std::vector<Opening> find_openings(const TriangleMesh& mesh) {
 void close(TriangleMesh& mesh, const Opening& opening, vessels::LengthUnit unit) {
   const Outline outline(mesh, opening);
   require_simple(mesh, outline, unit);
-  if (star_shaped(outline)) {
-    const int centre = static_cast<int>(mesh.points.size());
-    mesh.points.push_back(opening.centre);
-    for (std::size_t i = 0; i < outline.points.size(); ++i)
-      mesh.triangles.push_back({outline.points[i], outline.points[outline.next(i)], centre});
-  } else {
-    bool simple = true;
-    for (const Triangle& t : vessels::triangulate(outline.points, mesh.points, simple))
-      mesh.triangles.push_back(t);
+  const TriangleMesh start = covered(outline);
+  const std::vector<int> face(start.triangles.size(), 0);
+  std::vector<char> on_rim(start.points.size(), 0);
+  std::fill_n(on_rim.begin(), outline.points.size(), char{1});
+  EdgeLengths wanted;
+  wanted.everywhere = opening.edge;
+  EditMesh cap(start.points, start.triangles, face);
+  make_isotropic(cap, Reference(start, face, LengthField(start, face, on_rim, wanted)), {});
+
+  std::vector<double> heights;
+  for (const int p : outline.points)
+    heights.push_back(outline.normal.dot(at(mesh, p) - outline.origin));
+  std::vector<int> number = outline.points;
+  number.resize(cap.points.size(), -1);
+  for (std::size_t v = outline.points.size(); v < cap.points.size(); ++v) {
+    if (!cap.vertex_lives[v]) continue;
+    const Vec3& flat = cap.points[v];
+    number[v] = static_cast<int>(mesh.points.size());
+    mesh.points.push_back(outline.origin + flat.x() * outline.x + flat.y() * outline.y +
+                          height(outline, heights, flat) * outline.normal);
+  }
+  for (std::size_t t = 0; t < cap.triangles.size(); ++t) {
+    if (!cap.triangle_lives[t]) continue;
+    Triangle corners = cap.triangles[t];
+    for (int& p : corners) p = number[static_cast<std::size_t>(p)];
+    mesh.triangles.push_back(corners);
   }
 }
 

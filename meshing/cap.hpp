@@ -20,9 +20,8 @@ struct Opening {
 std::vector<Opening> find_openings(const TriangleMesh& mesh);
 
 /// Appends a cap over the opening: triangles as long as the rim's own edges, the rim's points
-/// shared and unchanged. In the plane of an even rim; over an uneven one its height is harmonic, so
-/// it spans the rim like a film. \throws Error (geometry) naming places where the rim crosses
-/// itself, seen along its normal
+/// shared and unchanged. In the plane of an even rim; an uneven one is spanned smoothly. \throws
+/// Error (geometry) naming places where the rim crosses itself, seen along its normal
 void close(TriangleMesh& mesh, const Opening& opening, vessels::LengthUnit unit);
 
 /// Moves the rim's points into their mean plane, along its normal.

@@ -1,7 +1,5 @@
 #include "meshing/crossings.hpp"
 
-#include <string>
-
 #include "vessels/check.hpp"
 #include "vessels/error.hpp"
 #include "vessels/text.hpp"
@@ -21,8 +19,8 @@ std::vector<Vec3> crossings(const TriangleMesh& mesh, std::span<const char> mark
 }
 
 void require_no_crossings(const TriangleMesh& mesh, vessels::LengthUnit unit,
-                          const std::string& what) {
-  const std::vector<Vec3> found = crossings(mesh);
+                          const std::string& what, std::span<const char> marked) {
+  const std::vector<Vec3> found = crossings(mesh, marked);
   if (found.empty()) return;
   std::string text;
   for (std::size_t i = 0; i < std::min<std::size_t>(3, found.size()); ++i)

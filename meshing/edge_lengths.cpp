@@ -4,8 +4,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <queue>
 
+#include "meshing/edge_graph.hpp"
 #include "vessels/half_edges.hpp"
 
 namespace vstent::meshing {
@@ -46,49 +46,14 @@ std::vector<Edge> edges_of(const TriangleMesh& mesh, std::span<const int> face) 
   return edges;
 }
 
-/// Neighbours of each point along edges, one list after the other.
-class Neighbours {
- public:
-  Neighbours(std::size_t points, const std::vector<Edge>& edges) : begin_(points + 1, 0) {
-    for (const Edge& e : edges) {
-      ++begin_[static_cast<std::size_t>(e.a) + 1];
-      ++begin_[static_cast<std::size_t>(e.b) + 1];
-    }
-    for (std::size_t p = 0; p < points; ++p) begin_[p + 1] += begin_[p];
-    to_.resize(2 * edges.size());
-    std::vector<std::size_t> place(begin_.begin(), begin_.end() - 1);
-    for (const Edge& e : edges) {
-      to_[place[static_cast<std::size_t>(e.a)]++] = {e.b, e.length};
-      to_[place[static_cast<std::size_t>(e.b)]++] = {e.a, e.length};
-    }
+EdgeGraph graph_of(std::size_t points, const std::vector<Edge>& edges) {
+  std::vector<std::array<int, 2>> ends;
+  std::vector<double> lengths;
+  for (const Edge& e : edges) {
+    ends.push_back({e.a, e.b});
+    lengths.push_back(e.length);
   }
-  std::span<const std::pair<int, double>> of(int point) const {
-    const auto p = static_cast<std::size_t>(point);
-    return {to_.data() + begin_[p], begin_[p + 1] - begin_[p]};
-  }
-
- private:
-  std::vector<std::size_t> begin_;
-  std::vector<std::pair<int, double>> to_;
-};
-
-/// The smallest values[y] + slope * distance(x, y) along edges, at every x.
-void spread(std::vector<double>& values, const Neighbours& neighbours, double slope) {
-  using Entry = std::pair<double, int>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-  for (std::size_t p = 0; p < values.size(); ++p)
-    if (std::isfinite(values[p])) queue.emplace(values[p], static_cast<int>(p));
-  while (!queue.empty()) {
-    const auto [value, p] = queue.top();
-    queue.pop();
-    if (value > values[static_cast<std::size_t>(p)]) continue;
-    for (const auto& [q, length] : neighbours.of(p)) {
-      const double reached = value + slope * length;
-      if (reached >= values[static_cast<std::size_t>(q)]) continue;
-      values[static_cast<std::size_t>(q)] = reached;
-      queue.emplace(reached, q);
-    }
-  }
+  return {points, ends, lengths};
 }
 
 std::vector<double> curvatures(const TriangleMesh& mesh, const std::vector<Edge>& edges) {
@@ -148,7 +113,7 @@ LengthField::LengthField(const TriangleMesh& mesh, std::span<const int> face_of_
       const double squared = 6 * deviation / std::max(curved[p], 1e-12) - 3 * deviation * deviation;
       wish_[p] = std::clamp(std::sqrt(std::max(0.0, squared)), shortest, longest);
     }
-    spread(wish_, Neighbours(mesh.points.size(), edges), grading_);
+    graph_of(mesh.points.size(), edges).spread(wish_, grading_);
   }
   std::vector<double> longest(mesh.points.size(), 0);
   for (const Edge& e : edges) {
@@ -164,6 +129,7 @@ LengthField::LengthField(const TriangleMesh& mesh, std::span<const int> face_of_
     boxes.emplace_back().include(mesh.points[p]);
   }
   tree_ = sdf::BoxTree(boxes);
+  uniform_ = kept_.empty() && !wanted.adaptive;
 }
 
 double LengthField::at(const Vec3& x, double wish) const {

@@ -32,6 +32,7 @@ class LengthField {
 
   /// `wish`: what would be wanted at x but for the edges that stay, from of_point.
   double at(const Vec3& x, double wish) const;
+  bool uniform() const { return uniform_; }  ///< the same everywhere
   double of_point(int point) const { return wish_[static_cast<std::size_t>(point)]; }
 
  private:
@@ -43,6 +44,7 @@ class LengthField {
   std::vector<Kept> kept_;
   double longest_kept_ = 0;
   double grading_ = 0;
+  bool uniform_ = false;
   sdf::BoxTree tree_;
 };
 

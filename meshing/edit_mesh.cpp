@@ -53,8 +53,6 @@ void EditMesh::leaving(int v, std::vector<int>& ring) const {
   } while (h >= 0 && h != first);
 }
 
-bool EditMesh::on_border(int v) const { return twin(leaving_[static_cast<std::size_t>(v)]) < 0; }
-
 bool EditMesh::joined(int a, int b, std::vector<int>& ring) const {
   leaving(a, ring);
   for (const int h : ring)

@@ -36,7 +36,8 @@ class EditMesh {
 
   /// The half-edges that leave v, one per triangle around it; `ring` is overwritten.
   void leaving(int v, std::vector<int>& ring) const;
-  bool on_border(int v) const;
+  int any_leaving(int v) const { return leaving_[static_cast<std::size_t>(v)]; }
+  bool on_border(int v) const { return twin(any_leaving(v)) < 0; }
   /// Whether a and b are joined by an edge of the patch.
   bool joined(int a, int b, std::vector<int>& ring) const;
 

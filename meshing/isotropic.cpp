@@ -16,8 +16,9 @@ constexpr double kTooLong = 4.0 / 3.0, kTooShort = 4.0 / 5.0;  // of the length 
 constexpr double kTurn = 0.5;       // cosine: triangles turn by no more in one operation
 constexpr double kSliver = 1e-3;    // height over longest side: its normal means nothing
 constexpr double kPoorShape = 0.3;  // operations make no triangle worse than this, or than it was
+constexpr double kWorse = 0.5;      // of that: what a collapse may leave, as it removes two slivers
 constexpr double kCrease = 0.866;   // cosine: no flip makes a sharper edge than this or the old one
-constexpr double kGain = 1e-6;      // of a smallest angle's measure; less is rounding
+constexpr double kGain = 1e-6;      // of a cotangent; less is rounding
 
 constexpr double kUneven = 0.9;  // a curve is not cut into a part longer than this
 
@@ -29,11 +30,10 @@ double shape(const Vec3& a, const Vec3& b, const Vec3& c) {
   return squares > 0 ? 2 * std::numbers::sqrt3 * (b - a).cross(c - a).norm() / squares : 0;
 }
 
-/// Smallest angle, rad.
-double smallest_angle(const Vec3& a, const Vec3& b, const Vec3& c) {
+/// Cotangent of the smallest angle: 0.577 for an equilateral triangle, more for all others.
+double sharpest(const Vec3& a, const Vec3& b, const Vec3& c) {
   const double area = (b - a).cross(c - a).norm();
-  return std::min({std::atan2(area, (b - a).dot(c - a)), std::atan2(area, (a - b).dot(c - b)),
-                   std::atan2(area, (a - c).dot(b - c))});
+  return std::max({(b - a).dot(c - a), (a - b).dot(c - b), (a - c).dot(b - c)}) / area;
 }
 
 double longest_squared(const Vec3& a, const Vec3& b, const Vec3& c) {
@@ -59,7 +59,7 @@ class Isotropic {
       split_long();
       collapse_short();
       flip([&](int h) { return evens_valence(h); });
-      for (int pass = 0; pass < 2; ++pass) relax(Goal::even);
+      relax(Goal::even);
     }
     flip([&](int h) { return widens_angles(h); });
     for (int pass = 0; pass < 4; ++pass) {
@@ -107,18 +107,17 @@ class Isotropic {
     }
   }
 
-  Reference::Place place_of(int v, const Vec3& x) const {
-    std::vector<int> ring;
-    mesh_.leaving(v, ring);
+  Reference::Place place_of(int v, const Vec3& x, std::vector<int>& ring) const {
     if (kind(v) == Kind::curve) {
+      mesh_.leaving(v, ring);
       for (const int h : ring)
         if (is_curve(h)) return reference_.on_curve(face_of(h), face_of(mesh_.twin(h)), x);
     }
-    return reference_.on_face(face_of(ring.front()), x, near_[index(v)]);
+    return reference_.on_face(face_of(mesh_.any_leaving(v)), x, near_[index(v)]);
   }
 
   void locate(int v) {
-    const Reference::Place place = place_of(v, mesh_.at(v));
+    const Reference::Place place = place_of(v, mesh_.at(v), ring_a_);
     size_[index(v)] = place.size;
     near_[index(v)] = kind(v) == Kind::free ? place.triangle : -1;
   }
@@ -182,9 +181,14 @@ class Isotropic {
     for (int pass = 0; pass < 4; ++pass) {
       bool any = false;
       for (int h = 0; h < mesh_.half_edges(); ++h) {
-        if (!mesh_.lives(h) || mesh_.twin(h) < h || !may_change(h)) continue;
-        if (mesh_.edge(h).norm() >= kTooShort * wanted(h)) continue;
-        any |= collapse(h);
+        if (!mesh_.lives(h)) continue;
+        const int v = mesh_.from(h);
+        if (valence_[index(v)] == 3 && kind(v) == Kind::free) {
+          any |= join(h, mesh_.at(mesh_.to(h)));  // three triangles become one
+        } else if (mesh_.twin(h) > h && may_change(h) &&
+                   mesh_.edge(h).norm() < kTooShort * wanted(h)) {
+          any |= collapse(h);
+        }
       }
       if (!any) break;
     }
@@ -266,19 +270,19 @@ class Isotropic {
       if ((place - y).norm() > kTooLong * std::min(size_there, size(j)) &&
           (place - y).norm() > (old - y).norm())
         return false;
-      if (!keeps(old, place, x, y, around)) return false;
+      if (!keeps(old, place, x, y, around, kWorse)) return false;
     }
     return true;
   }
 
   /// Whether triangle (v, x, y) may go from v = old to v = place.
   static bool keeps(const Vec3& old, const Vec3& place, const Vec3& x, const Vec3& y,
-                    const Vec3& around) {
+                    const Vec3& around, double tolerated) {
     const Vec3 before = (x - old).cross(y - old), after = (x - place).cross(y - place);
     const bool sliver = before.norm() < kSliver * longest_squared(old, x, y);
     const Vec3& facing = sliver ? around : before;
     if (!(after.dot(facing) > kTurn * after.norm() * facing.norm())) return false;
-    return shape(place, x, y) >= std::min(kPoorShape, shape(old, x, y));
+    return shape(place, x, y) >= tolerated * std::min(kPoorShape, shape(old, x, y));
   }
 
   // --- flips -----------------------------------------------------------------------------------
@@ -314,8 +318,8 @@ class Isotropic {
   bool widens_angles(int h) const {
     const Vec3 &a = mesh_.at(mesh_.from(h)), &b = mesh_.at(mesh_.to(h)),
                &c = mesh_.at(mesh_.apex(h)), &d = mesh_.at(mesh_.apex(mesh_.twin(h)));
-    return std::min(smallest_angle(d, c, a), smallest_angle(c, d, b)) >
-           std::min(smallest_angle(a, b, c), smallest_angle(b, a, d)) + kGain;
+    return std::max(sharpest(d, c, a), sharpest(c, d, b)) <
+           std::max(sharpest(a, b, c), sharpest(b, a, d)) - kGain;
   }
 
   bool may_flip(int h) {
@@ -382,7 +386,7 @@ class Isotropic {
       for (std::size_t i = range.begin(); i < range.end(); ++i) {
         const int v = static_cast<int>(i);
         if (!mesh_.vertex_lives[i] || kind_[i] == Kind::fixed) continue;
-        places[i] = place_of(v, wish(v, goal, ring));
+        places[i] = place_of(v, wish(v, goal, ring), ring);
       }
     });
     for (std::size_t i = 0; i < count; ++i) {
@@ -405,15 +409,15 @@ class Isotropic {
     mesh_.leaving(v, ring_a_);
     Vec3 around = Vec3::Zero();
     for (const int r : ring_a_) around += mesh_.doubled_area(r / 3);
-    double before = std::numbers::pi, after = std::numbers::pi;
+    double before = 0, after = 0;
     for (const int r : ring_a_) {
       const Vec3 &x = mesh_.at(mesh_.to(r)), &y = mesh_.at(mesh_.apex(r));
-      if (!keeps(mesh_.at(v), target, x, y, around)) return false;
+      if (!keeps(mesh_.at(v), target, x, y, around, 1)) return false;
       if (goal != Goal::angles) continue;
-      before = std::min(before, smallest_angle(mesh_.at(v), x, y));
-      after = std::min(after, smallest_angle(target, x, y));
+      before = std::max(before, sharpest(mesh_.at(v), x, y));
+      after = std::max(after, sharpest(target, x, y));
     }
-    return goal != Goal::angles || after > before + kGain;
+    return goal != Goal::angles || after < before - kGain;
   }
 
   EditMesh& mesh_;

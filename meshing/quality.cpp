@@ -1,7 +1,7 @@
 #include "meshing/quality.hpp"
 
 #include <oneapi/tbb/blocked_range.h>
-#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/parallel_reduce.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -80,19 +80,30 @@ SurfaceQuality measure_quality(const TriangleMesh& whole, std::span<const char> 
 
 double one_way_distance(const TriangleMesh& from, const TriangleMesh& to,
                         std::span<const char> marked) {
+  const TriangleMesh looked_at = part(from, marked);
+  std::vector<Vec3> samples;
+  std::vector<char> used(from.points.size(), 0);
+  for (const Triangle& t : looked_at.triangles) {
+    const auto x = corners(looked_at, t);
+    samples.push_back((x[0] + x[1] + x[2]) / 3);
+    for (const int p : t) used[static_cast<std::size_t>(p)] = 1;
+  }
+  for (std::size_t p = 0; p < used.size(); ++p)
+    if (used[p]) samples.push_back(from.points[p]);
+  const auto edges = vessels::sorted_half_edges(looked_at);
+  vessels::for_each_edge(edges, [&](std::size_t begin, std::size_t) {
+    samples.push_back(0.5 * (from.points[static_cast<std::size_t>(edges[begin].low)] +
+                             from.points[static_cast<std::size_t>(edges[begin].high)]));
+  });
   const sdf::MeshDistance distance(to);
-  const TriangleMesh samples = part(from, marked);
-  std::vector<double> largest(samples.triangles.size(), 0);
-  tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(0, largest.size(), 256), [&](const auto& range) {
-        for (std::size_t t = range.begin(); t < range.end(); ++t) {
-          const auto x = corners(samples, samples.triangles[t]);
-          for (const Vec3& p : {x[0], x[1], x[2], Vec3((x[0] + x[1]) / 2), Vec3((x[1] + x[2]) / 2),
-                                Vec3((x[2] + x[0]) / 2), Vec3((x[0] + x[1] + x[2]) / 3)})
-            largest[t] = std::max(largest[t], distance.closest(p).distance);
-        }
-      });
-  return largest.empty() ? 0 : *std::max_element(largest.begin(), largest.end());
+  return tbb::parallel_reduce(
+      tbb::blocked_range<std::size_t>(0, samples.size(), 256), 0.0,
+      [&](const auto& range, double largest) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i)
+          largest = std::max(largest, distance.closest(samples[i]).distance);
+        return largest;
+      },
+      [](double a, double b) { return std::max(a, b); });
 }
 
 double enclosed_volume(const TriangleMesh& mesh) {

@@ -60,6 +60,7 @@ Vec3 Reference::closest(int triangle, const Vec3& x) const {
 
 double Reference::size_at(int triangle, const Vec3& x) const {
   const auto& corners = mesh_.triangles[static_cast<std::size_t>(triangle)];
+  if (lengths_.uniform()) return lengths_.of_point(corners[0]);
   double wish = 0, total = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const Vec3& u = mesh_.points[static_cast<std::size_t>(corners[(k + 1) % 3])];

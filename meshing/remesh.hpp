@@ -14,7 +14,7 @@ struct RemeshOptions {
   EdgeLengths edge_lengths;
   /// Edges between faces (rims of caps) within the region may be cut and joined along their curve.
   bool resample_rims = false;
-  int iterations = 10;
+  int iterations = 8;
 };
 
 /// The kept points and triangles come first, in their order; then what is new.
