@@ -17,6 +17,8 @@ void add_demo(CLI::App& app);
 void add_report(CLI::App& app);
 void add_render(CLI::App& app);
 void add_view(CLI::App& app);
+void add_flow(CLI::App& app);
+void add_sweep(CLI::App& app);
 
 /// Printed wherever a person meets results.
 inline constexpr const char* kDisclaimer = "Research tool, not for clinical use.";

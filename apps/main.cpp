@@ -31,6 +31,8 @@ int run(int argc, char** argv) {
       "  vstent report OUT\n"
       "  vstent measure wall.stl OUT/stented.vtp --units mm --stent OUT/stent.vdb -o metrics.json\n"
       "  vstent cfd OUT --edge 0.6mm --boundary-conditions bc.json -o CASE\n"
+      "  vstent flow OUT --inflow \"85 mL/s\"\n"
+      "  vstent sweep CASE.json --diameter 6mm:12mm:7 --flow bc.json -o OUT\n"
       "  vstent demo -o demo\n"
       "`vstent SUBCOMMAND --help` says more.");
   vstent::apps::add_deploy(app);
@@ -44,6 +46,8 @@ int run(int argc, char** argv) {
   vstent::apps::add_render(app);
   vstent::apps::add_view(app);
   vstent::apps::add_measure(app);
+  vstent::apps::add_flow(app);
+  vstent::apps::add_sweep(app);
   vstent::apps::add_demo(app);
   try {
     app.parse(argc, argv);

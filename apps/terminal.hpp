@@ -30,6 +30,7 @@ class ThreadLimit {
  public:
   void add_option(CLI::App& command);
   void apply() const;
+  int count() const { return threads_; }  ///< 0: all
 
  private:
   int threads_ = 0;

@@ -75,38 +75,6 @@ Blood read_blood(ObjectReader& root, const Source& source) {
   return blood;
 }
 
-/// Files differ in what a positive flow means; the net flow of an inflow face tells, because it
-/// goes into the vessel.
-Waveform turned_inwards(WaveformFile file, std::optional<bool> positive_in, ObjectReader& object,
-                        const std::string& path, std::vector<std::string>& notes) {
-  const double net = mean(file.waveform);
-  double gross = 0;
-  for (const double v : file.waveform.value) gross += std::abs(v);
-  gross /= static_cast<double>(file.waveform.value.size());
-  const std::string unit = file.dimension == Dimension::flow ? " mL/s" : " cm/s";
-  const std::string mean_text = "its mean is " + vessels::number(net) + unit;
-  if (positive_in) {
-    if (net == 0 || (net > 0) != *positive_in) {
-      object.refuse("positive", std::string("\"") + (*positive_in ? "in" : "out") +
-                                    "\" contradicts " + path + ": " + mean_text +
-                                    ", so that no blood would enter the vessel here");
-    }
-  } else if (std::abs(net) < 0.1 * gross || net == 0) {
-    object.refuse("positive", "is missing: " + path + " flows as much to as fro (" + mean_text +
-                                  "); say which way is positive, \"in\" or \"out\"");
-  }
-  if (net > 0) {
-    if (file.dimension == Dimension::flow && !positive_in)
-      notes.push_back(path + ": " + mean_text +
-                      ", taken as flow into the vessel (SimVascular's 3-D files write that "
-                      "negative, and so does this program for them)");
-    return file.waveform;
-  }
-  notes.push_back(path + ": " + mean_text +
-                  ", SimVascular's sign for flow into the vessel; turned to be positive inwards");
-  return times(std::move(file.waveform), -1);
-}
-
 Inflow read_inflow(ObjectReader& face, const Source& source, std::vector<std::string>& notes) {
   const json& given = *face.find("inflow");
   const std::string key = full_key(source, face, "inflow");
@@ -123,8 +91,8 @@ Inflow read_inflow(ObjectReader& face, const Source& source, std::vector<std::st
   inflow.finish();
   WaveformFile file = read_waveform(path, units, full_key(source, inflow, "units"));
   notes.insert(notes.end(), file.notes.begin(), file.notes.end());
-  const bool velocity = file.dimension == Dimension::velocity;
-  return {turned_inwards(std::move(file), positive, inflow, path.string(), notes), velocity};
+  return inflow_of(std::move(file), positive, path.string(), full_key(source, inflow, "positive"),
+                   notes);
 }
 
 Rcr read_rcr(ObjectReader object, const Source& source) {
@@ -293,6 +261,38 @@ std::string describe(const Condition& condition) {
   const auto& c = std::get<Coronary>(condition);
   return "coronary bed, " + number(c.arterial + c.micro + c.venous) + " dyn s/cm5 to " +
          mmhg(c.venous_pressure);
+}
+
+Inflow inflow_of(WaveformFile file, std::optional<bool> positive_in, const std::string& path,
+                 const std::string& key, std::vector<std::string>& notes) {
+  const bool velocity = file.dimension == Dimension::velocity;
+  const double net = mean(file.waveform);
+  double gross = 0;
+  for (const double v : file.waveform.value) gross += std::abs(v);
+  gross /= static_cast<double>(file.waveform.value.size());
+  const std::string mean_text =
+      "its mean is " + vessels::number(net) + (velocity ? " cm/s" : " mL/s");
+  if (positive_in) {
+    if (net == 0 || (net > 0) != *positive_in) {
+      throw Error(ExitCode::usage, key + ": \"" + (*positive_in ? "in" : "out") +
+                                       "\" contradicts " + path + ": " + mean_text +
+                                       ", so that no blood would enter the vessel here");
+    }
+  } else if (std::abs(net) < 0.1 * gross || net == 0) {
+    throw Error(ExitCode::usage, key + ": is missing: " + path + " flows as much to as fro (" +
+                                     mean_text + "); say which way is positive, in or out");
+  }
+  if (net > 0) {
+    if (!velocity && !positive_in) {
+      notes.push_back(path + ": " + mean_text +
+                      ", taken as flow into the vessel (SimVascular's 3-D files write that "
+                      "negative, and so does this program for them)");
+    }
+    return {std::move(file.waveform), velocity};
+  }
+  notes.push_back(path + ": " + mean_text +
+                  ", SimVascular's sign for flow into the vessel; turned to be positive inwards");
+  return {times(std::move(file.waveform), -1), velocity};
 }
 
 const FaceCondition* BoundaryConditions::find(const std::string& name) const {

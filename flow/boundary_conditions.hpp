@@ -76,6 +76,12 @@ struct BoundaryConditions {
 /// \throws Error `<file>: /<key>: what is wrong, what to do` (usage), or of a file that it names
 BoundaryConditions read_boundary_conditions(const std::filesystem::path& path);
 
+/// Files differ in what a positive flow means; the mean over the beat tells, because blood enters
+/// an inflow face on balance. `positive_in`, where it is given, must agree with that.
+/// \throws Error (usage) naming `key` where it does not, or where the mean is near zero
+Inflow inflow_of(WaveformFile file, std::optional<bool> positive_in, const std::string& path,
+                 const std::string& key, std::vector<std::string>& notes);
+
 /// \throws Error (usage) naming the faces without a condition, or conditions without a face
 void require_faces(const BoundaryConditions& conditions, std::span<const std::string> faces,
                    const std::string& model);
