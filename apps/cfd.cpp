@@ -8,18 +8,20 @@
 #include "apps/commands.hpp"
 #include "apps/mesh_picture.hpp"
 #include "apps/terminal.hpp"
+#include "deployment/case.hpp"
 #include "deployment/result_folder.hpp"
 #include "meshing/crossings.hpp"
+#include "meshing/edited_region.hpp"
 #include "meshing/faces.hpp"
 #include "meshing/layers.hpp"
 #include "meshing/mesh_complete.hpp"
 #include "meshing/remesh.hpp"
+#include "meshing/smooth.hpp"
 #include "meshing/solver_xml.hpp"
 #include "meshing/volume.hpp"
 #include "vessels/error.hpp"
 #include "vessels/file_arrays.hpp"
 #include "vessels/file_guard.hpp"
-#include "vessels/json_object.hpp"
 #include "vessels/text.hpp"
 
 namespace vstent::apps {
@@ -32,6 +34,7 @@ struct Arguments {
   std::string input, out, units, edge, thickness, conditions, names, faces;
   std::string mesher = "gmsh", remesh, adaptive;
   double time_limit = 1800;
+  int smooth = 0;
   meshing::LayerOptions layers;
   meshing::SolverOptions solver;
   bool picture = true;
@@ -49,13 +52,7 @@ Input input_of(const Arguments& a) {
   std::string units = a.units;
   if (fs::is_directory(a.input)) {
     const fs::path specification = fs::path(a.input) / "case.json";
-    const nlohmann::json json = vessels::read_json(specification);
-    const nlohmann::json::json_pointer key("/vessel/units");
-    if (!json.contains(key) || !json[key].is_string())
-      throw Error(ExitCode::input_file, specification.string() +
-                                            ": /vessel/units is missing: the length unit of the "
-                                            "surfaces");
-    const std::string own = json[key].get<std::string>();
+    const std::string own(vessels::name(deployment::read_case(specification).unit));
     if (!units.empty() && units != own)
       throw Error(ExitCode::usage, "command line: --units " + units + " contradicts " +
                                        specification.string() + ", which says " + own);
@@ -163,7 +160,7 @@ class Run {
       say(conditions->notes);
       solver = meshing::solver_case(model_, *conditions, a_.solver);
     }
-    remesh();
+    edit_surface();
     fill(folder.stage());
     progress_.show("writing mesh-complete ...");
     meshing::write_mesh_complete(model_, mesh_, behind_, folder.stage() / "mesh-complete");
@@ -182,9 +179,9 @@ class Run {
  private:
   void make_model(const std::optional<flow::BoundaryConditions>& conditions) {
     progress_.show("reading ...");
-    const vessels::Surface surface = vessels::read_surface(input_.surface, input_.unit);
+    surface_ = vessels::read_surface(input_.surface, input_.unit);
     progress_.show("finding faces ...");
-    meshing::NamedModel named = meshing::model_of(surface, names_of(a_, conditions));
+    meshing::NamedModel named = meshing::model_of(surface_, names_of(a_, conditions));
     progress_.clear();
     say(named.notes);
     model_ = std::move(named.model);
@@ -193,60 +190,21 @@ class Run {
     report_["surface"] = input_.surface.string();
     report_["units"] = vessels::name(input_.unit);
     report_["written_units"] = "cm";
-    region_ = moved_triangles(surface);
     edge_ = a_.edge.empty() ? 0 : vessels::parse_length(a_.edge, vessels::LengthUnit::mm, "--edge");
     if (!a_.edge.empty() && !(edge_ > 0))
       throw Error(ExitCode::usage, "command line: --edge: must be positive");
   }
 
-  /// Where the stent moved the wall; empty where the surface does not say.
-  std::vector<char> moved_triangles(const vessels::Surface& surface) const {
-    const vessels::Fields fields = vessels::vertex_fields(surface);
-    const auto found = fields.find("Displacement");
-    if (found == fields.end() || found->second.size() != 3 * surface.mesh.points.size()) return {};
-    std::vector<char> region(model_.mesh.triangles.size(), 0);
-    for (std::size_t t = 0; t < surface.mesh.triangles.size(); ++t) {
-      for (const int v : surface.mesh.triangles[t]) {
-        for (std::size_t k = 0; k < 3; ++k)
-          if (found->second[3 * static_cast<std::size_t>(v) + k] != 0) region[t] = 1;
-      }
-    }
-    return region;
-  }
-
-  void remesh() {
+  void edit_surface() {
+    const bool stented = vessels::vertex_fields(surface_).contains("Displacement");
     std::string how = a_.remesh;
-    if (how.empty()) how = !region_.empty() ? "region" : edge_ > 0 ? "all" : "none";
-    if (how == "region" && region_.empty())
-      throw Error(ExitCode::usage,
-                  "command line: --remesh region: " + input_.surface.string() +
-                      " has no point array Displacement, as `vstent deploy` writes it; use all");
-    if (how != "none") {
-      meshing::RemeshOptions options;
-      options.resample_rims = how == "all";
-      options.edge_lengths.everywhere =
-          edge_ > 0 ? edge_ : meshing::measure_quality(model_.mesh).mean_edge;
-      if (!a_.adaptive.empty()) {
-        const double longest = options.edge_lengths.everywhere;
-        const double deviation =
-            vessels::parse_length(a_.adaptive, vessels::LengthUnit::mm, "--adaptive");
-        options.edge_lengths.adaptive = meshing::Adaptive{longest / 4, longest, deviation};
-      }
-      progress_.show("remeshing the surface ...");
-      meshing::Remeshed remeshed = meshing::remesh(
-          model_, how == "all" ? std::vector<char>() : region_, options, input_.unit);
-      progress_.clear();
-      model_ = std::move(remeshed.model);
-      report_["remesh"] = {{"region", how},
-                           {"edge_mm", options.edge_lengths.everywhere},
-                           {"triangles_before", remeshed.before.triangles},
-                           {"triangles_after", remeshed.after.triangles},
-                           {"smallest_angle_before_deg", remeshed.before.smallest_angle},
-                           {"smallest_angle_after_deg", remeshed.after.smallest_angle},
-                           {"mean_edge_after_mm", remeshed.after.mean_edge},
-                           {"deviation_mm", remeshed.deviation},
-                           {"volume_change", remeshed.volume_change}};
-    }
+    if (how.empty()) how = stented ? "region" : edge_ > 0 ? "all" : "none";
+    const double edge = edge_ > 0 ? edge_ : meshing::measure_quality(model_.mesh).mean_edge;
+    std::vector<char> region;  // empty: everywhere
+    if (how == "region" || (a_.smooth > 0 && stented))
+      region = meshing::edited_region(surface_, model_, 2 * edge);
+    if (a_.smooth > 0) smooth(region);
+    if (how != "none") remesh(how, how == "region" ? region : std::vector<char>(), edge);
     progress_.show("looking for places where the surface crosses itself ...");
     meshing::require_no_crossings(model_.mesh, input_.unit, input_.surface.string());
     progress_.clear();
@@ -257,6 +215,42 @@ class Run {
     if (how != "all" && edge_ > 0 && edge_ < 0.75 * q.mean_edge)
       std::cerr << "warning: the surface's edges of " << vessels::number(q.mean_edge)
                 << " mm on average stay longer than --edge; ask for --remesh all\n";
+  }
+
+  void smooth(const std::vector<char>& region) {
+    meshing::SmoothOptions options;
+    options.iterations = a_.smooth;
+    meshing::Smoothed smoothed = meshing::smooth(model_, region, options, input_.unit);
+    model_ = std::move(smoothed.model);
+    report_["smoothing"] = {{"iterations", a_.smooth},
+                            {"largest_move_mm", smoothed.largest_move},
+                            {"volume_change", smoothed.volume_change}};
+  }
+
+  void remesh(const std::string& how, const std::vector<char>& region, double edge) {
+    meshing::RemeshOptions options;
+    options.resample_rims = how == "all";
+    options.edge_lengths.everywhere = edge;
+    if (!a_.adaptive.empty()) {
+      const double deviation =
+          vessels::parse_length(a_.adaptive, vessels::LengthUnit::mm, "--adaptive");
+      if (!(deviation > 0))
+        throw Error(ExitCode::usage, "command line: --adaptive: must be positive");
+      options.edge_lengths.adaptive = meshing::Adaptive{edge / 4, edge, deviation};
+    }
+    progress_.show("remeshing the surface ...");
+    meshing::Remeshed remeshed = meshing::remesh(model_, region, options, input_.unit);
+    progress_.clear();
+    model_ = std::move(remeshed.model);
+    report_["remesh"] = {{"region", how},
+                         {"edge_mm", edge},
+                         {"triangles_before", remeshed.before.triangles},
+                         {"triangles_after", remeshed.after.triangles},
+                         {"smallest_angle_before_deg", remeshed.before.smallest_angle},
+                         {"smallest_angle_after_deg", remeshed.after.smallest_angle},
+                         {"mean_edge_after_mm", remeshed.after.mean_edge},
+                         {"deviation_mm", remeshed.deviation},
+                         {"volume_change", remeshed.volume_change}};
   }
 
   void fill(const fs::path& stage) {
@@ -272,6 +266,7 @@ class Run {
     if (a_.layers.count == 0) {
       meshing::Volume volume = meshing::fill(model_.mesh, options);
       report_["core"] = quality_json(volume.mesh);
+      warn_of_thin(volume.mesh);
       mesh_ = std::move(volume.mesh);
       behind_ = std::move(volume.behind);
       note_mesher(volume);
@@ -295,12 +290,26 @@ class Run {
                   "the boundary layers do not fit their core: " + partition.fault);
     behind_ = std::move(partition.behind);
     report_["core"] = quality_json(core.mesh);
+    warn_of_thin(core.mesh);
     report_["layers"] = quality_json(layers.mesh);
     report_["layers"]["count"] = layer_options.count;
     report_["layers"]["smallest_thickness_mm"] = layers.smallest;
     report_["layers"]["median_thickness_mm"] = layers.median;
     report_["layers"]["largest_thickness_mm"] = layers.largest;
     report_["layers"]["thinned_points"] = layers.thinned;
+  }
+
+  /// Elements this thin slow a solver down and spoil its accuracy.
+  void warn_of_thin(const meshing::TetMesh& mesh) const {
+    const meshing::TetQuality q = meshing::quality(mesh);
+    if (q.below_10 == 0) return;
+    Vec3 middle = Vec3::Zero();
+    for (const int v : mesh.tetrahedra[static_cast<std::size_t>(q.worst)])
+      middle += mesh.points[static_cast<std::size_t>(v)] / 4;
+    std::cerr << "warning: " << q.below_10 << " of " << mesh.tetrahedra.size()
+              << " tetrahedra have a dihedral angle below 10 deg, the worst "
+              << vessels::number(q.smallest_dihedral) << " deg at "
+              << vessels::place(middle, input_.unit) << "; remesh or smooth the surface\n";
   }
 
   void note_mesher(const meshing::Volume& volume) {
@@ -380,8 +389,8 @@ class Run {
   Input input_;
   Progress progress_;
   meshing::Model model_;
-  double edge_ = 0;           // mm asked for; 0: none
-  std::vector<char> region_;  // per triangle: moved by the stent
+  vessels::Surface surface_;
+  double edge_ = 0;  // mm asked for; 0: none
   meshing::TetMesh mesh_;
   std::vector<int> behind_;
   ordered_json report_;
