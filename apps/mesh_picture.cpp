@@ -25,7 +25,11 @@ Cut cut_through(const TriangleMesh& mesh) {
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
   for (const Vec3& p : mesh.points) spread += (p - mean) * (p - mean).transpose();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(spread);
-  return {mean, solver.eigenvectors().col(0), solver.eigenvectors().col(2)};
+  Vec3 up = solver.eigenvectors().col(2);
+  int most = 0;
+  up.cwiseAbs().maxCoeff(&most);
+  if (up[most] < 0) up = -up;  // axes of scans mostly point to the head, to the back, to the left
+  return {mean, solver.eigenvectors().col(0), up};
 }
 
 /// The facets of the tetrahedra behind the cut: those of the model's surface, and those that the
