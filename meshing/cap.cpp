@@ -39,11 +39,6 @@ struct Outline {
   std::size_t next(std::size_t i) const { return (i + 1) % flat.size(); }
 };
 
-bool cross(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d) {
-  return vessels::orient2d(a, b, c) * vessels::orient2d(a, b, d) <= 0 &&
-         vessels::orient2d(c, d, a) * vessels::orient2d(c, d, b) <= 0;
-}
-
 void require_simple(const TriangleMesh& mesh, const Outline& outline, vessels::LengthUnit unit) {
   const auto& flat = outline.flat;
   std::size_t crossings = 0;
@@ -51,7 +46,8 @@ void require_simple(const TriangleMesh& mesh, const Outline& outline, vessels::L
   for (std::size_t i = 0; i < flat.size(); ++i) {
     for (std::size_t j = i + 2; j < flat.size(); ++j) {
       if (outline.next(j) == i) continue;
-      if (!cross(flat[i], flat[outline.next(i)], flat[j], flat[outline.next(j)])) continue;
+      if (!vessels::segments_meet(flat[i], flat[outline.next(i)], flat[j], flat[outline.next(j)]))
+        continue;
       if (crossings++ < 3)
         places += (crossings > 1 ? "; " : "") + vessels::place(at(mesh, outline.points[i]), unit);
     }

@@ -135,24 +135,23 @@ LengthField::LengthField(const TriangleMesh& mesh, std::span<const int> face_of_
 double LengthField::at(const Vec3& x, double wish) const {
   if (kept_.empty()) return wish;
   // Lengths over the grading are distances: both bounds are nearest points with a head start, which
-  // keeps the tree's box distances lower bounds.
-  const auto nearest = [&](auto&& head_start) {
-    return std::sqrt(tree_
-                         .nearest(x,
-                                  [&](int item) {
-                                    const Kept& one = kept_[static_cast<std::size_t>(item)];
-                                    const double reach =
-                                        (one.point - x).norm() + head_start(one) / grading_;
-                                    return reach * reach;
-                                  })
-                         .squared_distance);
+  // keeps the tree's box distances lower bounds. Nothing beyond `limit` matters.
+  const auto nearest = [&](double limit, auto&& head_start) {
+    const auto squared_reach = [&](int item) {
+      const Kept& one = kept_[static_cast<std::size_t>(item)];
+      const double reach = (one.point - x).norm() + head_start(one) / grading_;
+      return reach * reach;
+    };
+    return std::sqrt(tree_.nearest(x, squared_reach, limit * limit).squared_distance);
   };
-  const double at_most = grading_ * nearest([](const Kept& one) { return one.length; });
-  const double at_least = longest_kept_ - grading_ * nearest([&](const Kept& one) {
-                                            return longest_kept_ - one.length;
-                                          });
+  double length = grading_ * nearest(wish / grading_, [](const Kept& one) { return one.length; });
   // A triangle on an edge that stays cannot have shorter sides: cutting them would never end.
-  return std::max(std::min(wish, at_most), at_least);
+  if (longest_kept_ > length) {
+    length = longest_kept_ -
+             grading_ * nearest((longest_kept_ - length) / grading_,
+                                [&](const Kept& one) { return longest_kept_ - one.length; });
+  }
+  return length;
 }
 
 }  // namespace vstent::meshing

@@ -20,11 +20,6 @@ constexpr double kMajority = 0.8;  // of a file's area that must lie on its face
 constexpr double kNear = 0.25;     // radii of the circle of equal area; files lie no farther off
 constexpr double kLikeArea = 2.0;  // a cap and its file differ by less than this factor
 
-struct Extent {
-  double area = 0;
-  Vec3 centre = Vec3::Zero();
-};
-
 double area_of(const TriangleMesh& mesh, const Triangle& t, Vec3* centroid = nullptr) {
   const Vec3& a = mesh.points[static_cast<std::size_t>(t[0])];
   const Vec3& b = mesh.points[static_cast<std::size_t>(t[1])];
@@ -37,7 +32,6 @@ struct Match {
   int face = 0;
   fs::path file;
   TriangleMesh mesh;
-  int id = 0;  ///< ModelFaceID of the file, 0: none
 };
 
 Match match(const Model& model, const sdf::MeshDistance& distance, const fs::path& file,
@@ -72,7 +66,7 @@ Match match(const Model& model, const sdf::MeshDistance& distance, const fs::pat
     throw refuse("it lies on " + vessels::counted(votes.size(), "face") +
                  " of the model, give files of one face each");
   }
-  Match result{best->first, file, std::move(part.mesh), 0};
+  Match result{best->first, file, std::move(part.mesh)};
   if (face(model, result.face).cap) {
     double face_area = 0;
     for (const Triangle& t : triangles_of(model, result.face)) face_area += area_of(model.mesh, t);
@@ -81,10 +75,6 @@ Match match(const Model& model, const sdf::MeshDistance& distance, const fs::pat
                    vessels::number(face_area) + " mm2");
     }
   }
-  const auto& ids = part.face_of_triangle;
-  if (!ids.empty() && ids.front() > 0 &&
-      std::all_of(ids.begin(), ids.end(), [&](int id) { return id == ids.front(); }))
-    result.id = ids.front();
   return result;
 }
 
@@ -135,15 +125,15 @@ std::vector<fs::path> face_files(const fs::path& folder) {
   return files;
 }
 
-FileNames names_from_files(Model& model, const std::vector<fs::path>& files,
-                           vessels::LengthUnit unit) {
+std::map<int, std::string> names_from_files(Model& model, const std::vector<fs::path>& files,
+                                            vessels::LengthUnit unit) {
   const sdf::MeshDistance distance(model.mesh);
   std::map<int, std::vector<Match>> matches;
   for (const fs::path& file : files) {
     Match found = match(model, distance, file, unit);
     matches[found.face].push_back(std::move(found));
   }
-  FileNames result;
+  std::map<int, std::string> names;
   for (const auto& [id, on_face] : matches) {
     if (on_face.size() > 1 && face(model, id).cap) {
       throw Error(ExitCode::geometry, on_face[1].file.string() + ": it lies on the same cap as " +
@@ -152,10 +142,9 @@ FileNames names_from_files(Model& model, const std::vector<fs::path>& files,
     std::vector<const Match*> parts;
     for (const Match& one : on_face) parts.push_back(&one);
     const std::vector<int> ids = parts.size() > 1 ? divide(model, id, parts) : std::vector<int>{id};
-    for (std::size_t i = 0; i < parts.size(); ++i)
-      result.names[ids[i]] = parts[i]->file.stem().string();
+    for (std::size_t i = 0; i < parts.size(); ++i) names[ids[i]] = parts[i]->file.stem().string();
   }
-  return result;
+  return names;
 }
 
 }  // namespace vstent::meshing

@@ -9,15 +9,13 @@
 
 namespace vstent::meshing {
 
-struct FileNames {
-  std::map<int, std::string> names;  ///< by face id: the stem of the file that lies on it
-};
-
-/// Faces are matched by place. Several files on one wall divide it among them, each triangle going
-/// to the nearest file; `model` then has more faces. \throws Error (input_file) for a file that is
-/// no surface; (geometry) for one that lies on no face, on several, or on a cap that another file
-/// lies on
-FileNames names_from_files(Model& model, const std::vector<std::filesystem::path>& files,
-                           vessels::LengthUnit unit);
+/// The stem of the file that lies on each face, by id. Faces are matched by place. Several files on
+/// one wall divide it among them, each triangle going to the nearest file; `model` then has more
+/// faces.
+/// \throws Error (input_file) for a file that is no surface; (geometry) for one that lies on no
+/// face, on several, or on a cap that another file lies on
+std::map<int, std::string> names_from_files(Model& model,
+                                            const std::vector<std::filesystem::path>& files,
+                                            vessels::LengthUnit unit);
 
 }  // namespace vstent::meshing

@@ -52,8 +52,7 @@ class Builder {
     list_faces();
     for (const auto& [id, name] : sources_.names) give(id, name, "face names");
     if (!sources_.files.empty()) {
-      const FileNames files = names_from_files(model(), sources_.files, surface_.unit);
-      for (const auto& [id, name] : files.names)
+      for (const auto& [id, name] : names_from_files(model(), sources_.files, surface_.unit))
         if (face_named(id).empty()) give(id, name, "face files");
       require_all_caps_named();
     }

@@ -18,7 +18,9 @@ constexpr double kSliver = 1e-3;    // height over longest side: its normal mean
 constexpr double kPoorShape = 0.3;  // operations make no triangle worse than this, or than it was
 constexpr double kWorse = 0.5;      // of that: what a collapse may leave, as it removes two slivers
 constexpr double kCrease = 0.866;   // cosine: no flip makes a sharper edge than this or the old one
-constexpr double kGain = 1e-6;      // of a cotangent; less is rounding
+constexpr double kAtRest = 0.02;    // of the length wanted: a smaller move is none
+constexpr double kWideEnough = 1.2;  // cotangent of 40 degrees: such angles are left alone
+constexpr double kGain = 1e-6;       // of a cotangent; less is rounding
 
 constexpr double kUneven = 0.9;  // a curve is not cut into a part longer than this
 
@@ -381,16 +383,21 @@ class Isotropic {
   void relax(Goal goal) {
     const std::size_t count = mesh_.points.size();
     std::vector<Reference::Place> places(count);
+    std::vector<char> moves(count, 0);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 256), [&](const auto& range) {
       std::vector<int> ring;
       for (std::size_t i = range.begin(); i < range.end(); ++i) {
         const int v = static_cast<int>(i);
         if (!mesh_.vertex_lives[i] || kind_[i] == Kind::fixed) continue;
-        places[i] = place_of(v, wish(v, goal, ring), ring);
+        const Vec3 place = wish(v, goal, ring);
+        if (goal == Goal::even && (place - mesh_.at(v)).norm() < kAtRest * size(v)) continue;
+        if (goal == Goal::angles && sharpest_around(v, ring) < kWideEnough) continue;
+        places[i] = place_of(v, place, ring);
+        moves[i] = 1;
       }
     });
     for (std::size_t i = 0; i < count; ++i) {
-      if (!mesh_.vertex_lives[i] || kind_[i] == Kind::fixed) continue;
+      if (!moves[i]) continue;
       const int v = static_cast<int>(i);
       for (const double step : {1.0, 0.5, 0.25}) {
         const Vec3 target = step == 1 ? places[i].point
@@ -403,6 +410,13 @@ class Isotropic {
         break;
       }
     }
+  }
+
+  double sharpest_around(int v, const std::vector<int>& ring) const {
+    double most = 0;
+    for (const int h : ring)
+      most = std::max(most, sharpest(mesh_.at(v), mesh_.at(mesh_.to(h)), mesh_.at(mesh_.apex(h))));
+    return most;
   }
 
   bool may_move(int v, const Vec3& target, Goal goal) {

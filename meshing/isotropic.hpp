@@ -7,7 +7,7 @@
 namespace vstent::meshing {
 
 struct IsotropicOptions {
-  int iterations = 8;
+  int iterations = 6;
   /// Edges between faces may be cut and joined along their curve; otherwise they stay as they are.
   bool resample_curves = false;
 };

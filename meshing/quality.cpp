@@ -90,11 +90,6 @@ double one_way_distance(const TriangleMesh& from, const TriangleMesh& to,
   }
   for (std::size_t p = 0; p < used.size(); ++p)
     if (used[p]) samples.push_back(from.points[p]);
-  const auto edges = vessels::sorted_half_edges(looked_at);
-  vessels::for_each_edge(edges, [&](std::size_t begin, std::size_t) {
-    samples.push_back(0.5 * (from.points[static_cast<std::size_t>(edges[begin].low)] +
-                             from.points[static_cast<std::size_t>(edges[begin].high)]));
-  });
   const sdf::MeshDistance distance(to);
   return tbb::parallel_reduce(
       tbb::blocked_range<std::size_t>(0, samples.size(), 256), 0.0,

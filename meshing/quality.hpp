@@ -26,8 +26,8 @@ struct SurfaceQuality {
 /// Of all triangles, or of the marked ones.
 SurfaceQuality measure_quality(const TriangleMesh& mesh, std::span<const char> marked = {});
 
-/// Largest distance (mm) from points, edge middles and centroids of `from`'s marked (or all)
-/// triangles to the surface `to`.
+/// Largest distance (mm) from the points and centroids of `from`'s marked (or all) triangles to the
+/// surface `to`.
 double one_way_distance(const TriangleMesh& from, const TriangleMesh& to,
                         std::span<const char> marked = {});
 

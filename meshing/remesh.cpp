@@ -1,12 +1,17 @@
 #include "meshing/remesh.hpp"
 
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <stdexcept>
 
 #include "meshing/crossings.hpp"
 #include "meshing/isotropic.hpp"
+#include "sdf/mesh_distance.hpp"
 #include "vessels/check.hpp"
 #include "vessels/error.hpp"
 #include "vessels/text.hpp"
@@ -15,6 +20,7 @@ namespace vstent::meshing {
 namespace {
 
 constexpr int kTries = 4;
+constexpr double kMostTriangles = 2e7;  // some 10 GB
 
 /// The triangles of a region with points of their own; a point where the region touches itself
 /// without an edge counts once for each side.
@@ -162,15 +168,48 @@ Remeshed stitch(const Model& model, std::span<const char> region, const Patch& p
   return result;
 }
 
+/// Equilateral triangles of the wanted lengths that the area holds; \throws Error (resources)
+void require_few(const TriangleMesh& mesh, const LengthField& lengths) {
+  double count = 0;
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3& a = mesh.points[static_cast<std::size_t>(t[0])];
+    const Vec3& b = mesh.points[static_cast<std::size_t>(t[1])];
+    const Vec3& c = mesh.points[static_cast<std::size_t>(t[2])];
+    const double length =
+        (lengths.of_point(t[0]) + lengths.of_point(t[1]) + lengths.of_point(t[2])) / 3;
+    count += 2 / std::numbers::sqrt3 * (b - a).cross(c - a).norm() / (length * length);
+  }
+  if (count < kMostTriangles) return;
+  throw Error(ExitCode::resources, "remeshing would make about " + vessels::number(count) +
+                                       " triangles, more than " + vessels::number(kMostTriangles) +
+                                       ": ask for longer edges");
+}
+
 Remeshed attempt(const Model& model, std::span<const char> region, const RemeshOptions& options) {
   const Patch patch = extract(model, region);
   EditMesh edited(patch.mesh.points, patch.mesh.triangles, patch.face);
-  const Reference reference(
-      patch.mesh, patch.face,
-      LengthField(patch.mesh, patch.face, kept_points(edited, options.resample_rims),
-                  options.edge_lengths));
+  LengthField lengths(patch.mesh, patch.face, kept_points(edited, options.resample_rims),
+                      options.edge_lengths);
+  require_few(patch.mesh, lengths);
+  const Reference reference(patch.mesh, patch.face, std::move(lengths));
   make_isotropic(edited, reference, {options.iterations, options.resample_rims});
   return stitch(model, region, patch, edited);
+}
+
+/// The triangle of `before` each one is or, where new, lies nearest to by its centroid.
+std::vector<int> origins(const TriangleMesh& before, const Remeshed& after) {
+  const sdf::MeshDistance distance(before);
+  std::vector<int> origin = after.kept_triangle;
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, origin.size(), 256), [&](const auto& range) {
+    for (std::size_t t = range.begin(); t < range.end(); ++t) {
+      if (origin[t] >= 0) continue;
+      Vec3 centroid = Vec3::Zero();
+      for (const int p : after.model.mesh.triangles[t])
+        centroid += after.model.mesh.points[static_cast<std::size_t>(p)] / 3;
+      origin[t] = distance.closest(centroid).triangle;
+    }
+  });
+  return origin;
 }
 
 /// Leaves the triangles within `reach` of the places as they are.
@@ -195,16 +234,26 @@ Remeshed remesh(const Model& model, std::span<const char> wanted, const RemeshOp
   if (region.empty()) region.assign(model.mesh.triangles.size(), 1);
   if (region.size() != model.mesh.triangles.size())
     throw std::invalid_argument("remesh: a mark for every triangle");
-  const double reach = 2 * (options.edge_lengths.adaptive ? options.edge_lengths.adaptive->longest
-                                                          : options.edge_lengths.everywhere);
+  const auto& adaptive = options.edge_lengths.adaptive;
+  const double shortest = adaptive ? adaptive->shortest : options.edge_lengths.everywhere;
+  if (!(shortest > 0) || (adaptive && !(adaptive->longest >= shortest && adaptive->deviation > 0)))
+    throw Error(ExitCode::usage,
+                "remeshing needs edge lengths and a deviation above 0, the shortest edge no longer "
+                "than the longest");
+  const double reach = 2 * (adaptive ? adaptive->longest : shortest);
+  const auto asked = std::count(region.begin(), region.end(), 1);
   for (int tries = 1;; ++tries) {
     Remeshed result = attempt(model, region, options);
     const std::vector<Vec3> places = crossings(result.model.mesh, result.is_new);
     if (!places.empty()) {
-      if (tries == kTries) require_no_crossings(result.model.mesh, unit, "remeshing");
       region = without(model, region, places, tries * reach);
+      const auto remaining = std::count(region.begin(), region.end(), 1);
+      if (tries == kTries || 2 * remaining < asked)
+        require_no_crossings(result.model.mesh, unit, "remeshing", result.is_new);
       continue;
     }
+    result.left = static_cast<std::size_t>(asked - std::count(region.begin(), region.end(), 1));
+    result.origin = origins(model.mesh, result);
     result.before = measure_quality(model.mesh, region);
     result.after = measure_quality(result.model.mesh, result.is_new);
     result.deviation = std::max(one_way_distance(result.model.mesh, model.mesh, result.is_new),

@@ -82,6 +82,11 @@ int orient2d_exact(const Vec2& a, const Vec2& b, const Vec2& c) {
 constexpr double kBound3d = 16 * 1.1102230246251565e-16;
 constexpr double kBound2d = 8 * 1.1102230246251565e-16;
 
+bool within(const Vec2& a, const Vec2& b, const Vec2& x) {
+  return std::min(a[0], b[0]) <= x[0] && x[0] <= std::max(a[0], b[0]) &&
+         std::min(a[1], b[1]) <= x[1] && x[1] <= std::max(a[1], b[1]);
+}
+
 }  // namespace
 
 int orient3d(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
@@ -113,6 +118,14 @@ bool collinear(const Vec3& a, const Vec3& b, const Vec3& c) {
     if (orient2d({a[x], a[y]}, {b[x], b[y]}, {c[x], c[y]}) != 0) return false;
   }
   return true;
+}
+
+bool segments_meet(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d) {
+  const int c_side = orient2d(a, b, c), d_side = orient2d(a, b, d);
+  const int a_side = orient2d(c, d, a), b_side = orient2d(c, d, b);
+  if (c_side * d_side < 0 && a_side * b_side < 0) return true;
+  return (c_side == 0 && within(a, b, c)) || (d_side == 0 && within(a, b, d)) ||
+         (a_side == 0 && within(c, d, a)) || (b_side == 0 && within(c, d, b));
 }
 
 }  // namespace vstent::vessels

@@ -16,6 +16,9 @@ using Vec2 = std::array<double, 2>;
 /// Sign of det(b - a, c - a): positive when a, b, c turn counter-clockwise.
 int orient2d(const Vec2& a, const Vec2& b, const Vec2& c);
 
+/// The segments from a to b and from c to d have a point in common.
+bool segments_meet(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d);
+
 /// The three points lie on one line exactly.
 bool collinear(const Vec3& a, const Vec3& b, const Vec3& c);
 

@@ -34,19 +34,6 @@ class Projection {
   int x_ = 0, y_ = 1;
 };
 
-bool within(const Vec2& a, const Vec2& b, const Vec2& x) {
-  return std::min(a[0], b[0]) <= x[0] && x[0] <= std::max(a[0], b[0]) &&
-         std::min(a[1], b[1]) <= x[1] && x[1] <= std::max(a[1], b[1]);
-}
-
-bool segments_meet(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d) {
-  const int c_side = orient2d(a, b, c), d_side = orient2d(a, b, d);
-  const int a_side = orient2d(c, d, a), b_side = orient2d(c, d, b);
-  if (c_side * d_side < 0 && a_side * b_side < 0) return true;
-  return (c_side == 0 && within(a, b, c)) || (d_side == 0 && within(a, b, d)) ||
-         (a_side == 0 && within(c, d, a)) || (b_side == 0 && within(c, d, b));
-}
-
 bool inside(const Vec2& x, const std::array<Vec2, 3>& t) {
   const Sides s = {orient2d(t[0], t[1], x), orient2d(t[1], t[2], x), orient2d(t[2], t[0], x)};
   return (s[0] >= 0 && s[1] >= 0 && s[2] >= 0) || (s[0] <= 0 && s[1] <= 0 && s[2] <= 0);

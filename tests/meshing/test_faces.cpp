@@ -88,6 +88,53 @@ TEST(Faces, NamesGoByIdAndRefuseWhatIsNotThere) {
             "face names: \"a/b\" cannot name a face, use letters, digits, _ - + .");
 }
 
+TEST(Faces, FilesNameTheFacesTheyLieOn) {
+  const tests::TemporaryFolder folder;
+  const NamedModel whole = model_of(vessels::make_surface(funnel(), "funnel"));
+  const auto write = [&](const std::string& name, const std::vector<Triangle>& triangles,
+                         const Vec3& shift = Vec3::Zero()) {
+    TriangleMesh part{whole.model.mesh.points, triangles};
+    for (Vec3& p : part.points) p += shift;
+    return folder.write(name, tests::obj_text(part));
+  };
+  const auto top = write("top.obj", triangles_of(whole.model, 2));
+  const auto bottom = write("bottom.obj", triangles_of(whole.model, 3));
+  // The wall in two files divides it; where is seen by the nearest.
+  std::vector<Triangle> upper, lower;
+  for (const Triangle& t : triangles_of(whole.model, 1))
+    (tests::centroid(whole.model.mesh, t).z() > 6 ? upper : lower).push_back(t);
+  const auto above = write("above.obj", upper), below = write("below.obj", lower);
+  const vessels::Surface surface = vessels::make_surface(funnel(), "funnel");
+  const NamedModel named = model_of(surface, {.files = {above, below, bottom, top}});
+  EXPECT_EQ(names_of(named.model, true), (std::vector<std::string>{"top", "bottom"}));
+  for (const Face& one : named.model.faces) {
+    if (one.cap) continue;
+    EXPECT_EQ(triangles_of(named.model, one.id), one.name == "above" ? upper : lower);
+  }
+  const auto line_of = [&](const std::vector<std::filesystem::path>& files) {
+    return refusal(surface, {.files = files});
+  };
+  EXPECT_NE(line_of({top}).find("no file names the cap at"), std::string::npos);
+  EXPECT_NE(line_of({top, bottom, write("again.obj", triangles_of(whole.model, 3))})
+                .find("it lies on the same cap as"),
+            std::string::npos);
+  EXPECT_NE(line_of({write("far.obj", triangles_of(whole.model, 3), {50, 0, 0})})
+                .find("away from the model, on average"),
+            std::string::npos);
+  std::vector<Triangle> both = triangles_of(whole.model, 2);
+  for (const Triangle& t : triangles_of(whole.model, 3)) both.push_back(t);
+  EXPECT_NE(line_of({write("both.obj", both)}).find("it lies on 2 faces"), std::string::npos);
+}
+
+TEST(Faces, NamesAreReadFromJson) {
+  const tests::TemporaryFolder folder;
+  EXPECT_EQ(read_face_names(folder.write("n.json", R"({"1": "wall", "12": "inflow"})")),
+            (std::map<int, std::string>{{1, "wall"}, {12, "inflow"}}));
+  for (const char* text : {"[]", "{", R"({"wall": "1"})", R"({"1": 2})"})
+    EXPECT_THROW(read_face_names(folder.write("bad.json", text)), Error) << text;
+  EXPECT_THROW(face_files(folder / "absent"), Error);
+}
+
 TEST(Faces, AHoleInTheWallIsFilledAsWall) {
   TriangleMesh mesh = tube(2, 12, 40, 41);
   mesh.triangles.erase(mesh.triangles.begin() + 1600);
@@ -144,8 +191,6 @@ TEST(Faces, RealCapsOfTheCoarctationNameItsOpenings) {
       EXPECT_NEAR(area_of(named.model, one.id), area_of(part.mesh), 1e-3 * area_of(part.mesh));
     }
   }
-  const std::string line = refusal(raw, {.files = {caps[0], caps[1], caps[2], caps[3]}});
-  EXPECT_NE(line.find("no file names the cap at"), std::string::npos) << line;
 }
 
 TEST(Faces, ClosedModelsKeepTheirFaces) {
