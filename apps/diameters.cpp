@@ -11,8 +11,8 @@
 namespace vstent::apps {
 namespace {
 
-constexpr double kStep = 0.01;         // mm: no balloon is finer
-constexpr double kCloseEnough = 0.05;  // mm
+constexpr double kPerMm = 100;        // mm: no balloon is finer
+constexpr double kCloseEnough = 0.1;  // mm
 constexpr int kMost = 100;
 
 [[noreturn]] void refuse(const std::string& text, const std::string& what) {
@@ -31,7 +31,7 @@ std::vector<std::string> split(const std::string& text, char mark) {
   return parts;
 }
 
-double rounded(double diameter) { return std::round(diameter / kStep) * kStep; }
+double rounded(double diameter) { return std::round(diameter * kPerMm) / kPerMm; }
 
 double diameter_of(const std::string& text, const std::string& part) {
   if (part.empty() || !std::isalpha(static_cast<unsigned char>(part.back())))
@@ -76,9 +76,12 @@ std::optional<Bracket> bracket(const std::vector<Trial>& trials, double target) 
 std::optional<double> next_diameter(const Bracket& b, double target) {
   const double width = b.below.diameter - b.above.diameter;
   if (width < kCloseEnough) return std::nullopt;
-  const double share =
-      std::clamp((b.above.drop - target) / (b.above.drop - b.below.drop), 0.1, 0.9);
-  const double diameter = rounded(b.above.diameter + share * width);
+  // Losses go like a power of the diameter; a drop that is not positive has no logarithm.
+  double share = (b.above.drop - target) / (b.above.drop - b.below.drop);
+  if (target > 0 && b.below.drop > 0)
+    share = std::log(b.above.drop / target) / std::log(b.above.drop / b.below.drop);
+  const double ratio = b.below.diameter / b.above.diameter;
+  const double diameter = rounded(b.above.diameter * std::pow(ratio, std::clamp(share, 0.1, 0.9)));
   if (diameter <= b.above.diameter || diameter >= b.below.diameter) return std::nullopt;
   return diameter;
 }

@@ -23,8 +23,9 @@ struct Bracket {
 /// first is there already or none is. `trials` by rising diameter.
 std::optional<Bracket> bracket(const std::vector<Trial>& trials, double target);
 
-/// Where to try next, to 0.01 mm: on the straight line between the two, kept off their ends by a
-/// tenth of their distance; nothing when they are less than 0.05 mm apart.
+/// Where to try next, to 0.01 mm: as a power of the diameter between the two (linear in the drop
+/// where one is not positive), off their ends by a tenth; nothing when they are less than 0.1 mm
+/// apart.
 std::optional<double> next_diameter(const Bracket& bracket, double target);
 
 }  // namespace vstent::apps

@@ -41,7 +41,7 @@ flow::Stretch treated_stretch(const fs::path& out, const vessels::Centerline& ce
   const auto place = [&](const char* key) {
     return point_at(way.points, way.arc_length, lumen_figure(metrics, file.string(), key));
   };
-  flow::Stretch stretch{place("treated_from_mm"), place("treated_to_mm"), *given.diameter};
+  flow::Stretch stretch{place("treated_from_mm"), place("treated_to_mm"), given.diameter.value_or(0)};
   for (const char* reference : {"reference_proximal_mm", "reference_distal_mm"}) {
     const json::json_pointer pointer(std::string("/lumen/") + reference);
     if (metrics.contains(pointer) && metrics[pointer].is_number())

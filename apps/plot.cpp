@@ -45,13 +45,13 @@ void Plot::axes(const std::string& x_label, const std::string& y_label) {
     const Spot at = spot(i * x_step, y_.low);
     figure_.strokes.push_back({{at, spot(i * x_step, y_.high)}, kGrid, 1});
     figure_.captions.push_back(
-        {{at.x, at.y + 20}, vessels::number(i * x_step), Caption::Anchor::middle});
+        {{at.x, at.y + 20}, vessels::number(i * x_step + 0.0), Caption::Anchor::middle});
   }
   for (double i = std::ceil(y_.low / y_step); i * y_step <= y_.high; ++i) {
     const Spot at = spot(x_.low, i * y_step);
     figure_.strokes.push_back({{at, spot(x_.high, i * y_step)}, kGrid, 1});
     figure_.captions.push_back(
-        {{at.x - 8, at.y + 5}, vessels::number(i * y_step), Caption::Anchor::right});
+        {{at.x - 8, at.y + 5}, vessels::number(i * y_step + 0.0), Caption::Anchor::right});
   }
   const double middle = 0.5 * (kLeft + kWidth - kRight);
   figure_.captions.push_back(
@@ -71,9 +71,7 @@ void Plot::mark(double x, Colour colour) {
 
 void Plot::dot(double x, double y, double size, Colour colour) {
   const Spot s = spot(x, y);
-  quadrangle(
-      {Spot{s.x - size, s.y}, Spot{s.x, s.y - size}, Spot{s.x + size, s.y}, Spot{s.x, s.y + size}},
-      colour);
+  add({{{s.x - size, s.y}, {s.x + size, s.y}}, colour, 2 * size}, false);
 }
 
 void Plot::quadrangle(const std::array<Spot, 4>& corners, Colour colour) {

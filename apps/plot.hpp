@@ -33,7 +33,7 @@ class Plot {
   void shade(double from, double to, Colour colour);
   /// A vertical line over the height of the plot.
   void mark(double x, Colour colour);
-  void dot(double x, double y, double size, Colour colour);
+  void dot(double x, double y, double size, Colour colour);  ///< `size` to either side, pixels
   void quadrangle(const std::array<Spot, 4>& corners, Colour colour);
   void line(const std::vector<PlotPoint>& points, const Stroke& style, bool dash);
 

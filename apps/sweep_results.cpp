@@ -15,6 +15,8 @@ namespace {
 
 using nlohmann::ordered_json;
 
+constexpr Colour kRefusedColour{160, 160, 160};
+
 double mmhg(double pressure) { return pressure / flow::kDynPerCm2PerMmHg; }
 
 struct Column {
@@ -212,7 +214,7 @@ Figure sweep_figure(const Sweep& sweep) {
   const SweepEntry* last = nullptr;
   for (const SweepEntry& e : sweep.entries) {
     if (!e.answer) {
-      plot.mark(e.diameter, {160, 160, 160});
+      plot.mark(e.diameter, kRefusedColour);
       continue;
     }
     line.push_back({e.diameter, drop_of(*e.answer, gradient)});
@@ -241,6 +243,9 @@ Figure sweep_figure(const Sweep& sweep) {
     plot.line({{x.low, sweep.target->drop}, {x.high, sweep.target->drop}}, blue, true);
     entries.push_back({"target", blue, true});
   }
+  if (std::any_of(sweep.entries.begin(), sweep.entries.end(),
+                  [](const SweepEntry& e) { return !e.answer; }))
+    entries.push_back({"refused", {{}, kRefusedColour, 1.2}, true});
   plot.legend(entries);
   return plot.take();
 }

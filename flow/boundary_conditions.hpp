@@ -54,7 +54,7 @@ using Condition = std::variant<Inflow, Resistance, Rcr, Pressure, Coronary>;
 bool is_inflow(const Condition& condition);
 std::string describe(const Condition& condition);  ///< for a person, one line
 
-/// How a face is found on a surface whose faces have no names.
+/// A face, and where it is on a surface whose faces have no names.
 struct FaceCondition {
   std::string name;
   Condition condition;

@@ -5,6 +5,7 @@
 
 #include "flow/lumen_tree.hpp"
 #include "vessels/error.hpp"
+#include "vessels/file_arrays.hpp"
 #include "vessels/text.hpp"
 
 namespace vstent::flow {
@@ -24,7 +25,7 @@ struct WeightedCentre {
 };
 
 fs::path cap_file(const BoundaryConditions& conditions, const std::string& name) {
-  for (const char* extension : {".vtp", ".stl", ".vtk", ".obj"}) {
+  for (const char* extension : {".vtp", ".stl", ".vtk"}) {
     const fs::path path = conditions.caps / (name + extension);
     if (fs::exists(path)) return path;
   }
@@ -108,7 +109,7 @@ std::map<std::string, Vec3> face_centres(const BoundaryConditions& conditions,
       centres[face.name] = centre_of_face(conditions, face, surface);
     } else if (!conditions.caps.empty()) {
       centres[face.name] =
-          centre_of(vessels::read_surface(cap_file(conditions, face.name), surface.unit).mesh);
+          centre_of(vessels::read_patch(cap_file(conditions, face.name), surface.unit));
     }
   }
   return centres;

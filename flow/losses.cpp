@@ -78,13 +78,14 @@ Losses losses_along(const Lumen& lumen, const Blood& blood, const LossModel& mod
     const double throat = lumen.area[s.throat];
     const double entrance =
         model.entrance * diameter_of(throat) * 8 * kPi * blood.viscosity / (throat * throat);
-    double area = throat, loss = 0;
+    // Lost as the dynamic pressure goes down, so that pressure neither overshoots nor dips.
+    const double end = lumen.area[s.end];
+    const double whole = 0.5 * model.separation * blood.density * std::pow(1 / throat - 1 / end, 2);
+    double area = throat;
     for (std::size_t i = s.throat + 1; i < count; ++i) {
-      if (i <= s.end) {
-        area = std::max(area, lumen.area[i]);
-        loss = 0.5 * model.separation * blood.density * std::pow(1 / throat - 1 / area, 2);
-      }
-      losses.separation[i] += loss;
+      area = i < s.end ? std::max(area, lumen.area[i]) : end;
+      losses.separation[i] += whole * (1 / (throat * throat) - 1 / (area * area)) /
+                              (1 / (throat * throat) - 1 / (end * end));
     }
     for (std::size_t i = s.throat; i < count; ++i) losses.viscous[i] += entrance;
   }

@@ -35,9 +35,10 @@ std::vector<Stenosis> find_stenoses(const Lumen& lumen);
 /// Per point, summed up from the branch's start: the loss of total pressure is
 /// viscous q + separation q|q| + inertance dq/dt.
 struct Losses {
-  std::vector<double> viscous;     ///< dyn s/cm5: integral of 8 pi mu / A^2
-  std::vector<double> separation;  ///< dyn s2/cm8: K_t rho/2 (1/A_throat - 1/A)^2 behind a throat
-  std::vector<double> inertance;   ///< dyn s2/cm5: integral of rho / A
+  std::vector<double> viscous;  ///< dyn s/cm5: integral of 8 pi mu / A^2
+  std::vector<double>
+      separation;  ///< dyn s2/cm8: K_t rho/2 (1/A_throat - 1/A_end)^2, behind throats
+  std::vector<double> inertance;  ///< dyn s2/cm5: integral of rho / A
   std::vector<Stenosis> stenoses;
 };
 

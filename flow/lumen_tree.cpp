@@ -11,7 +11,7 @@
 namespace vstent::flow {
 namespace {
 
-constexpr double kSpacing = 0.2;  // of the branch's mean radius
+constexpr double kSpacing = 0.3;  // of the branch's mean radius
 constexpr double kMmPerCm = 10;
 
 vessels::CenterlinePath alone(const vessels::CenterlineBranch& branch) {

@@ -21,7 +21,7 @@ struct LumenTree {
   std::vector<BranchSections> branches;  ///< parents first; 0 is the root
 };
 
-/// Sections of at most a fifth of the local radius apart. Where a section runs into another branch
+/// Sections at most 0.3 of the branch's mean radius apart. Where a section runs into another branch
 /// or the surface is open or capped, its area is that of the nearest whole ones of its branch,
 /// linear in diameter between them; a branch without any goes from its parent's to its widest
 /// child's, or has the inscribed spheres' where it is an end.

@@ -182,7 +182,7 @@ ordered_json to_json(const Study& study, const BoundaryConditions& conditions) {
                    {"density_g_per_mL", conditions.blood.density}};
   json["conditions"]["source"] = conditions.source;
   for (const FaceCondition& face : conditions.faces)
-    json["conditions"][face.name] = describe(face.condition);
+    json["conditions"]["faces"][face.name] = describe(face.condition);
   json["inflow"] = {{"face", study.ends.front().name},
                     {"mean_mL_per_s", mean(study.inflow_volume)},
                     {"period_s", study.inflow_volume.period()},
@@ -191,7 +191,7 @@ ordered_json to_json(const Study& study, const BoundaryConditions& conditions) {
                            {"to_mm", study.distal.along},
                            {"stretch_from_mm", study.stretch_from},
                            {"stretch_to_mm", study.stretch_to},
-                           {"stretch", study.stretch_given ? "given" : "costliest narrowing"}};
+                           {"stretch", study.stretch_is}};
   json["before"] = study.before ? answer_json(*study.before, study) : ordered_json(nullptr);
   json["after"] = answer_json(study.after, study);
   json["uncertainty"] = kUncertainty;
@@ -233,10 +233,9 @@ std::string text_table(const Study& study) {
   }
   char places[200];
   std::snprintf(places, sizeof places,
-                "The drop is taken from %.1f to %.1f mm along the vessel, around %s from %.1f to "
-                "%.1f mm.\n",
-                study.proximal.along, study.distal.along,
-                study.stretch_given ? "the treated stretch" : "the narrowing that costs most,",
+                "The drop is taken from %.1f to %.1f mm along the vessel, around %s, %.1f to %.1f "
+                "mm.\n",
+                study.proximal.along, study.distal.along, study.stretch_is.c_str(),
                 study.stretch_from, study.stretch_to);
   text += places;
   for (const std::string& note : study.notes) text += "note: " + note + '\n';

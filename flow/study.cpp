@@ -1,5 +1,7 @@
 #include "flow/study.hpp"
 
+#include <tbb/parallel_invoke.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -72,8 +74,9 @@ TreePlace place_at(const LumenTree& tree, const TreePath& path, double along) {
   return {path.branches[k], best, path.start[k] + arc[best]};
 }
 
-/// The narrowing before that costs the most pressure at this flow.
-Stretch costliest(const LumenTree& tree, const Network& network, const std::vector<double>& flow) {
+/// The narrowing before that costs the most pressure at this flow; nothing below 10 %.
+std::optional<Stretch> costliest(const LumenTree& tree, const Network& network,
+                                 const std::vector<double>& flow) {
   double most = 0;
   std::optional<Stretch> found;
   for (std::size_t b = 0; b < network.branches.size(); ++b) {
@@ -90,8 +93,11 @@ Stretch costliest(const LumenTree& tree, const Network& network, const std::vect
                       kMmPerCm * std::sqrt(4 * area / std::numbers::pi)};
     }
   }
-  if (found) return *found;
-  // No narrowing: from the inlet to the end of the widest way.
+  return found;
+}
+
+/// From the inlet to the end of the widest way.
+Stretch widest_way(const LumenTree& tree) {
   const BranchSections &first = tree.branches.front(),
                        &last = tree.branches[at(path_through(tree, 0).branches.back())];
   return {first.axis_before.front(), last.axis_before.back(),
@@ -168,10 +174,12 @@ class Student {
       : q_(question), bc_(conditions) {}
 
   Study run() {
-    const measure::CutSurface before(q_.before);
-    std::optional<measure::CutSurface> other;
-    if (&q_.after != &q_.before) other.emplace(q_.after);
-    const measure::CutSurface& after = other ? *other : before;
+    std::optional<measure::CutSurface> one, other;
+    tbb::parallel_invoke([&] { one.emplace(q_.before); },
+                         [&] {
+                           if (&q_.after != &q_.before) other.emplace(q_.after);
+                         });
+    const measure::CutSurface &before = *one, &after = other ? *other : before;
     name_faces(before);
     s_.tree = cut_tree(before, after, centerline_);
     s_.notes = bc_.notes;
@@ -213,19 +221,26 @@ class Student {
     return n;
   }
 
-  Stretch costliest_before() const {
+  Stretch costliest_before() {
     const Network n = network(When::before);
-    return costliest(s_.tree, n, solve_steady(n, mean(s_.inflow_volume)).flow);
+    const auto narrowing = costliest(s_.tree, n, solve_steady(n, mean(s_.inflow_volume)).flow);
+    s_.stretch_is = narrowing ? "the narrowing that costs most" : "the widest way, as none narrows";
+    return narrowing ? *narrowing : widest_way(s_.tree);
   }
 
-  void find_places() {
-    s_.stretch_given = q_.stretch.has_value();
-    const Stretch stretch = q_.stretch ? *q_.stretch : costliest_before();
-    const TreePlace from = nearest(s_.tree, stretch.from), to = nearest(s_.tree, stretch.to);
+  /// Takes the stretch if blood runs it from `from` to `to`.
+  bool lies_along(const TreePlace& from, const TreePlace& to) {
     s_.path = path_through(s_.tree, to.branch);
     s_.stretch_from = along(s_.tree, s_.path, from);
     s_.stretch_to = along(s_.tree, s_.path, to);
-    if (s_.stretch_from < 0 || s_.stretch_from >= s_.stretch_to) {
+    return s_.stretch_from >= 0 && s_.stretch_from < s_.stretch_to;
+  }
+
+  void find_places() {
+    const Stretch stretch = q_.stretch ? *q_.stretch : costliest_before();
+    const TreePlace one = nearest(s_.tree, stretch.from), other = nearest(s_.tree, stretch.to);
+    // The blood may come from the end that the centerline did not begin at.
+    if (!lies_along(one, other) && !lies_along(other, one)) {
       throw Error(ExitCode::geometry,
                   q_.before.path + ": the stretch from " + vessels::place(stretch.from) + " to " +
                       vessels::place(stretch.to) + " mm does not run along the blood's way");

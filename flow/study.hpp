@@ -55,10 +55,10 @@ struct Study {
   Waveform inflow_volume;  ///< mL/s
   double inlet_area = 0;   ///< cm2
   TreePath path;
-  TreePlace proximal, distal;               ///< of the two pressures
-  double stretch_from = 0, stretch_to = 0;  ///< mm along the path
-  bool stretch_given = false;
-  std::optional<Answer> before;  ///< nothing where there is one surface
+  TreePlace proximal, distal;                      ///< of the two pressures
+  double stretch_from = 0, stretch_to = 0;         ///< mm along the path
+  std::string stretch_is = "the treated stretch";  ///< for a person
+  std::optional<Answer> before;                    ///< nothing where there is one surface
   Answer after;
   std::vector<std::string> notes;
 };

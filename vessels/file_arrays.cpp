@@ -3,8 +3,12 @@
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkDataArray.h>
+#include <vtkIdList.h>
+#include <vtkNew.h>
 #include <vtkPointData.h>
 
+#include "vessels/error.hpp"
+#include "vessels/file_guard.hpp"
 #include "vessels/polydata.hpp"
 
 namespace vstent::vessels {
@@ -48,6 +52,28 @@ Fields triangle_fields(const Surface& surface) {
   cells.reserve(source.polygon_of_triangle.size());
   for (const int polygon : source.polygon_of_triangle) cells.push_back(first_polygon + polygon);
   return picked(source.data->GetCellData(), cells);
+}
+
+TriangleMesh read_patch(const std::filesystem::path& path, LengthUnit unit) {
+  std::size_t merged = 0;
+  const vtkSmartPointer<vtkPolyData> data = extension(path) == ".stl"
+                                                ? parse_stl(read_bytes(path), path.string(), merged)
+                                                : read_polydata(path);
+  TriangleMesh mesh;
+  for (vtkIdType i = 0; i < data->GetNumberOfPoints(); ++i)
+    mesh.points.push_back(millimetres_per(unit) * Vec3(data->GetPoint(i)));
+  vtkNew<vtkIdList> corners;
+  vtkCellArray* polygons = data->GetPolys();
+  for (polygons->InitTraversal(); polygons->GetNextCell(corners);) {
+    for (vtkIdType k = 2; k < corners->GetNumberOfIds(); ++k) {
+      mesh.triangles.push_back({static_cast<int>(corners->GetId(0)),
+                                static_cast<int>(corners->GetId(k - 1)),
+                                static_cast<int>(corners->GetId(k))});
+    }
+  }
+  if (mesh.triangles.empty())
+    throw Error(ExitCode::input_file, path.string() + ": has no polygons");
+  return mesh;
 }
 
 PolylineFile read_polylines(const std::filesystem::path& path, LengthUnit unit) {

@@ -1,4 +1,4 @@
-// What files carry beside a mesh: the fields of a surface, and polylines.
+// What files carry beside a lumen surface: its fields, polylines, pieces of surfaces.
 #pragma once
 
 #include "vessels/surface.hpp"
@@ -12,6 +12,10 @@ Fields vertex_fields(const Surface& surface);
 
 /// The same per triangle of the mesh.
 Fields triangle_fields(const Surface& surface);
+
+/// A piece of a surface by itself, such as a cap, in mm; of any size, its polygons as fans.
+/// .vtp, .vtk or .stl. \throws Error (input_file)
+TriangleMesh read_patch(const std::filesystem::path& path, LengthUnit unit);
 
 struct PolylineFile {
   std::vector<Polyline> lines;  ///< mm
