@@ -10,6 +10,7 @@
 #include "apps/terminal.hpp"
 #include "deployment/case.hpp"
 #include "deployment/result_folder.hpp"
+#include "meshing/condition_faces.hpp"
 #include "meshing/crossings.hpp"
 #include "meshing/edited_region.hpp"
 #include "meshing/faces.hpp"
@@ -37,7 +38,7 @@ struct Arguments {
   int smooth = 0;
   meshing::LayerOptions layers;
   meshing::SolverOptions solver;
-  bool picture = true;
+  bool picture = true, flatten_rims = false;
   ThreadLimit threads;
 };
 
@@ -70,56 +71,12 @@ Input input_of(const Arguments& a) {
 meshing::FaceNames names_of(const Arguments& a,
                             const std::optional<flow::BoundaryConditions>& conditions) {
   meshing::FaceNames names;
+  names.flatten_rims = a.flatten_rims;
   if (!a.names.empty()) names.names = meshing::read_face_names(a.names);
   if (!a.faces.empty()) names.files = meshing::face_files(a.faces);
   if (!conditions) return names;
-  for (const flow::FaceCondition& face : conditions->faces) {
-    if (face.face_id) names.names.emplace(*face.face_id, face.name);
-  }
-  if (names.files.empty() && !conditions->caps.empty())
-    names.files = meshing::face_files(conditions->caps);
+  meshing::add_names(names, *conditions);
   return names;
-}
-
-Vec3 centre_of(const meshing::Model& model, int id) {
-  Vec3 sum = Vec3::Zero();
-  double area = 0;
-  for (const Triangle& t : meshing::triangles_of(model, id)) {
-    const auto at = [&](std::size_t k) -> const Vec3& {
-      return model.mesh.points[static_cast<std::size_t>(t[k])];
-    };
-    const double part = (at(1) - at(0)).cross(at(2) - at(0)).norm();
-    sum += part * (at(0) + at(1) + at(2)) / 3;
-    area += part;
-  }
-  return sum / area;
-}
-
-/// Conditions that say where they are name the cap that is nearest.
-void name_by_place(meshing::Model& model, const flow::BoundaryConditions& conditions,
-                   vessels::LengthUnit unit) {
-  std::map<int, std::string> taken;
-  for (const flow::FaceCondition& condition : conditions.faces) {
-    if (!condition.near_to) continue;
-    const auto& [x, y, z] = *condition.near_to;
-    const Vec3 point = Vec3(x, y, z) * vessels::millimetres_per(unit);
-    meshing::Face* nearest = nullptr;
-    double least = std::numeric_limits<double>::infinity();
-    for (meshing::Face& face : model.faces) {
-      if (!face.cap) continue;
-      const double distance = (centre_of(model, face.id) - point).norm();
-      if (distance < least) {
-        least = distance;
-        nearest = &face;
-      }
-    }
-    if (nearest == nullptr) return;
-    const auto [other, fresh] = taken.emplace(nearest->id, condition.name);
-    if (!fresh)
-      throw Error(ExitCode::usage, conditions.source + ": /faces: " + other->second + " and " +
-                                       condition.name + " lie nearest to the same cap");
-    nearest->name = condition.name;
-  }
 }
 
 void say(const std::vector<std::string>& notes) {
@@ -185,7 +142,7 @@ class Run {
     progress_.clear();
     say(named.notes);
     model_ = std::move(named.model);
-    if (conditions) name_by_place(model_, *conditions, input_.unit);
+    if (conditions) meshing::name_by_place(model_, *conditions, input_.unit);
     meshing::require_writable_faces(model_);
     report_["surface"] = input_.surface.string();
     report_["units"] = vessels::name(input_.unit);
@@ -241,6 +198,9 @@ class Run {
     progress_.show("remeshing the surface ...");
     meshing::Remeshed remeshed = meshing::remesh(model_, region, options, input_.unit);
     progress_.clear();
+    if (remeshed.left > 0)
+      std::cerr << "note: " << remeshed.left
+                << " triangles stay as they were, because longer ones would cross others\n";
     model_ = std::move(remeshed.model);
     report_["remesh"] = {{"region", how},
                          {"edge_mm", edge},
@@ -249,6 +209,7 @@ class Run {
                          {"smallest_angle_before_deg", remeshed.before.smallest_angle},
                          {"smallest_angle_after_deg", remeshed.after.smallest_angle},
                          {"mean_edge_after_mm", remeshed.after.mean_edge},
+                         {"triangles_left", remeshed.left},
                          {"deviation_mm", remeshed.deviation},
                          {"volume_change", remeshed.volume_change}};
   }
@@ -332,14 +293,8 @@ class Run {
     report_["points"] = mesh_.points.size();
     report_["tetrahedra"] = mesh_.tetrahedra.size();
     for (const meshing::Face& face : model_.faces) {
-      double area = 0;
       const std::vector<Triangle> triangles = meshing::triangles_of(model_, face.id);
-      for (const Triangle& t : triangles) {
-        const auto at = [&](std::size_t k) -> const Vec3& {
-          return model_.mesh.points[static_cast<std::size_t>(t[k])];
-        };
-        area += (at(1) - at(0)).cross(at(2) - at(0)).norm() / 2;
-      }
+      const double area = meshing::measure_quality({model_.mesh.points, triangles}).area;
       report_["faces"].push_back({{"name", face.name},
                                   {"id", face.id},
                                   {"cap", face.cap},
@@ -428,6 +383,8 @@ void add_cfd(CLI::App& app) {
   command->add_option("--face-names", a->names, "JSON: names by ModelFaceID, {\"1\": \"wall\"}");
   command->add_option("--faces", a->faces,
                       "Folder of one surface file per face, which name the faces");
+  command->add_flag("--flatten-rims", a->flatten_rims,
+                    "Move uneven rims into their plane before they are capped");
   command->add_option("--layers", a->layers.count, "Boundary layers along the walls")
       ->check(CLI::Range(0, 30));
   command->add_option("--layer-thickness", a->thickness,

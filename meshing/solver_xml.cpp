@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "meshing/quality.hpp"
 #include "vessels/error.hpp"
 #include "vessels/text.hpp"
 
@@ -59,14 +60,7 @@ class Xml {
 std::string named(const std::string& name) { return "name=\"" + name + "\""; }
 
 double area_cm2(const Model& model, int id) {
-  double area = 0;
-  for (const Triangle& t : triangles_of(model, id)) {
-    const auto at = [&](std::size_t k) {
-      return model.mesh.points[static_cast<std::size_t>(t[k])];
-    };
-    area += (at(1) - at(0)).cross(at(2) - at(0)).norm() / 2;
-  }
-  return area / 100;
+  return measure_quality({model.mesh.points, triangles_of(model, id)}).area / 100;
 }
 
 /// Coefficients of the Fourier series of straight lines between samples, exactly integrated.

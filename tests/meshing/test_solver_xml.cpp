@@ -7,6 +7,7 @@
 #include <regex>
 #include <sstream>
 
+#include "meshing/condition_faces.hpp"
 #include "meshing/solver_xml.hpp"
 #include "tests/meshing/blocks.hpp"
 #include "vessels/error.hpp"
@@ -254,6 +255,21 @@ TEST(SolverXml, CoronaryOutletsAreCoupledAndTakeWindkesselsWithThem) {
   EXPECT_EQ(values["Pim"], (std::vector<double>{0, 9e4, 0}));
   EXPECT_EQ(json["boundary_conditions"][1]["bc_type"], "RCR");
   EXPECT_EQ(json["boundary_conditions"][1]["bc_values"]["Rd"], 1200);
+}
+
+TEST(SolverXml, ConditionsNameCapsByPlace) {
+  Model named = model();
+  BoundaryConditions bc = conditions(flow::Resistance{1000, 0});
+  bc.faces[0].name = "aorta";
+  bc.faces[0].near_to = {{0.4, 0.6, 0.1}};  // cm: the cap at z = 0 has its centre at 0.5, 0.5
+  bc.faces[1].name = "left";
+  bc.faces[1].near_to = {{0.5, 0.5, 0.6}};
+  name_by_place(named, bc, vessels::LengthUnit::cm);
+  EXPECT_EQ(face(named, 2).name, "aorta");
+  EXPECT_EQ(face(named, 3).name, "left");
+  EXPECT_EQ(face(named, 1).name, "wall");
+  bc.faces[1].near_to = {{0.5, 0.5, 0.4}};
+  EXPECT_THROW(name_by_place(named, bc, vessels::LengthUnit::cm), Error);
 }
 
 TEST(SolverXml, FacesWithoutConditionsAreRefused) {
