@@ -7,6 +7,7 @@ namespace vstent::apps {
 
 void add_deploy(CLI::App& app);
 void add_compare(CLI::App& app);
+void add_cfd(CLI::App& app);
 void add_check(CLI::App& app);
 void add_centerline(CLI::App& app);
 void add_designs(CLI::App& app);

@@ -8,21 +8,11 @@
 #include <unistd.h>
 
 #include <cstdlib>
-#include <filesystem>
-#include <sstream>
+
+#include "meshing/program.hpp"
 
 namespace vstent::apps {
 namespace {
-
-std::string find_program(const std::string& name) {
-  const char* path = std::getenv("PATH");
-  std::istringstream folders(path ? path : "/usr/bin");
-  for (std::string folder; std::getline(folders, folder, ':');) {
-    const std::string candidate = folder + "/" + name;
-    if (access(candidate.c_str(), X_OK) == 0) return candidate;
-  }
-  return {};
-}
 
 /// The display number that the server writes once it is ready; empty when it does not within
 /// `timeout_ms`.
@@ -43,7 +33,7 @@ std::string read_display_number(int descriptor, int timeout_ms) {
 OffscreenDisplay::OffscreenDisplay() {
   const char* set = std::getenv("DISPLAY");
   previous_ = set ? set : "";
-  const std::string program = find_program("Xvfb");
+  const std::string program = meshing::find_program("Xvfb").string();
   if (program.empty()) {
     available_ = !previous_.empty();
     reason_ = "neither Xvfb (package xvfb) nor a display was found";

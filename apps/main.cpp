@@ -30,6 +30,7 @@ int run(int argc, char** argv) {
       "  vstent stent xience_s --diameter 3mm -o stent.stl\n"
       "  vstent report OUT\n"
       "  vstent measure wall.stl OUT/stented.vtp --units mm --stent OUT/stent.vdb -o metrics.json\n"
+      "  vstent cfd OUT --edge 0.6mm --boundary-conditions bc.json -o CASE\n"
       "  vstent flow OUT --inflow \"85 mL/s\"\n"
       "  vstent sweep CASE.json --diameter 6mm:12mm:7 --flow bc.json -o OUT\n"
       "  vstent demo -o demo\n"
@@ -37,6 +38,7 @@ int run(int argc, char** argv) {
   vstent::apps::add_deploy(app);
   vstent::apps::add_compare(app);
   vstent::apps::add_check(app);
+  vstent::apps::add_cfd(app);
   vstent::apps::add_centerline(app);
   vstent::apps::add_designs(app);
   vstent::apps::add_stent(app);
