@@ -5,7 +5,6 @@
 
 #include "deployment/stent_contact.hpp"
 #include "deployment/wall_levels.hpp"
-#include "stents/cover.hpp"
 #include "vessels/error.hpp"
 
 namespace vstent::deployment {
@@ -102,24 +101,23 @@ class Run {
 
   Outcome finish() {
     grow();
-    const bool bare = setup_.has_struts() && !stents::covered(setup_.design_specification.cover);
+    for (; level_ + 1 < walls_.size(); ++level_) {
+      settle_on_surface(level_ == 0 ? kExact : kRough, kEdgeRounding * walls_[level_].edge_length);
+      places_ = finer_[level_](places_);
+    }
     if (!stent_.rigid()) {
       settle_by_relaxation();
+    } else if (!setup_.has_struts()) {
+      settle_on_surface(*case_.tolerance);
     } else {
-      for (level_ = 0; level_ < walls_.size(); ++level_) {
-        if (level_ + 1 < walls_.size()) {
-          settle_on_surface(level_ == 0 ? kExact : kRough,
-                            kEdgeRounding * walls_[level_].edge_length);
-          places_ = finer_[level_](places_);
-        } else {
-          settle_on_surface(setup_.has_struts() ? kRough : *case_.tolerance);
-        }
-      }
-      level_ = walls_.size() - 1;
-      if (setup_.has_struts()) stent_.deflate(stent_state(setup_, 1));
-      if (bare) settle_by_relaxation();
-      if (setup_.has_struts() && !bare) settle_on_surface(*case_.tolerance);
+      settle_on_surface(kRough);
+      stent_.deflate(stent_state(setup_, 1));
+      if (stent_.on_struts())
+        settle_by_relaxation();
+      else
+        settle_on_surface(*case_.tolerance);
     }
+    outcome_.patch = std::move(places_);
     return std::move(outcome_);
   }
 
@@ -230,7 +228,6 @@ class Run {
     require_numbers(finest, setup_.region, record.step);
     if (observe_ && !observe_(record, finest))
       throw Error(ExitCode::interrupted, "stopped on request");
-    if (level_ + 1 == walls_.size()) outcome_.patch = std::move(finest);
   }
 
   const Setup& setup_;

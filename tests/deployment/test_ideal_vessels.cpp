@@ -258,6 +258,18 @@ TEST(IdealVessel, TooFewStepsEndUnconverged) {
   Case c = make_case(folder / "vessel.vtp", json::object());
   c.max_settling_steps = 1;
   EXPECT_FALSE(deploy(prepare(c)).converged);
+  // Nor when a coarser wall has used them up: the shape is then what it handed on.
+  vessels::IdealisedVessel fine = stenosed();
+  fine.edge_length = 0.5;
+  write(fine, folder / "fine.vtp");
+  Case early = make_case(folder / "fine.vtp", json::object());
+  early.max_settling_steps = 1;
+  const deployment::Setup setup = prepare(early);
+  const Outcome outcome = deploy(setup);
+  EXPECT_LT(outcome.history.back().vertices, static_cast<int>(setup.region.vertices.size()));
+  EXPECT_FALSE(outcome.converged);
+  ASSERT_EQ(outcome.patch.size(), setup.region.vertices.size());
+  for (const Vec3& p : outcome.patch) EXPECT_TRUE(p.allFinite());
 }
 
 std::string refusal(const Case& c) {
