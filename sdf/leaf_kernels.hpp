@@ -1,5 +1,5 @@
 // The inner loops that fill a leaf of 8^3 nodes with distances and that read from leaves, compiled
-// once for any machine and once for wide registers; both give the same bits. Coordinates are
+// once for any machine and twice for wide registers; all give the same bits. Coordinates are
 // counted from the leaf's middle, so that single precision keeps the distances to its own rounding
 // wherever the solid lies.
 #pragma once
@@ -133,6 +133,8 @@ struct LeafKernels {
 const LeafKernels& baseline_leaf_kernels();
 /// Null where the program was not built for, or does not run on, a machine with AVX2.
 const LeafKernels* avx2_leaf_kernels();
+/// The same for AVX-512 (F, BW, DQ and VL).
+const LeafKernels* avx512_leaf_kernels();
 /// The widest that this machine runs.
 const LeafKernels& leaf_kernels();
 

@@ -13,6 +13,7 @@ constexpr LeafKernels kTable{lower_to_thin, lower_to_thick,  lower_to_struts, lo
 const LeafKernels& baseline_leaf_kernels() { return kTable; }
 
 const LeafKernels& leaf_kernels() {
+  if (const LeafKernels* widest = avx512_leaf_kernels()) return *widest;
   const LeafKernels* wide = avx2_leaf_kernels();
   return wide ? *wide : baseline_leaf_kernels();
 }
