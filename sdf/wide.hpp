@@ -14,6 +14,7 @@ typedef float Row __attribute__((vector_size(16), may_alias));
 typedef float Wide __attribute__((vector_size(32), may_alias));
 typedef int Mask __attribute__((vector_size(32)));  // -1 where true
 typedef double Four __attribute__((vector_size(32), may_alias));
+typedef decltype(Four{} < Four{}) FourMask;  // -1 where true
 
 inline Row row(float a) { return Row{a, a, a, a}; }
 inline Wide wide(float a) { return Wide{a, a, a, a, a, a, a, a}; }
@@ -31,6 +32,7 @@ inline unsigned below(Wide a, Wide b) {
 inline Four doubles(Row a) { return (Four)_mm256_cvtps_pd((__m128)a); }
 inline bool all_of(Mask a) { return _mm256_movemask_ps((__m256)a) == 0xFF; }
 inline Four floor(Four a) { return (Four)_mm256_floor_pd((__m256d)a); }
+inline unsigned bits(FourMask a) { return static_cast<unsigned>(_mm256_movemask_pd((__m256d)a)); }
 #else
 struct Halves {
   __m128 low, high;
@@ -59,6 +61,13 @@ inline Four doubles(Row a) { return __builtin_convertvector(a, Four); }
 inline bool all_of(Mask a) {
   return (_mm_movemask_ps(std::bit_cast<Halves>(a).low) &
           _mm_movemask_ps(std::bit_cast<Halves>(a).high)) == 0xF;
+}
+inline unsigned bits(FourMask a) {
+  struct Doubles {
+    __m128d low, high;
+  };
+  const auto [low, high] = std::bit_cast<Doubles>(a);
+  return static_cast<unsigned>(_mm_movemask_pd(low) | _mm_movemask_pd(high) << 2);
 }
 inline Four floor(Four a) {  // of numbers that an int can hold
   typedef int Ints __attribute__((vector_size(16)));

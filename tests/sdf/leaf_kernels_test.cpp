@@ -128,6 +128,71 @@ TEST_P(LeafKernelsOf, GiveTheBitsOfTheBaseline) {
   }
 }
 
+TEST_P(LeafKernelsOf, FindNearLeavesWithTheBitsOfTheBaseline) {
+  // By definition: a leaf is near where one of its nodes is, and is not where its middle is farther
+  // off than the farthest node could make up for.
+  constexpr double kHalf = 3.5 * kStep;
+  LeafMiddles middles;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t n = 0; n < 4; ++n)
+      middles[axis][n] = kStep * (8 * static_cast<double>(n + 4 * axis) + 3.5);
+  }
+  int near = 0, far = 0, left_out = 0;
+  for (int round = 0; round < 120; ++round) {
+    const Vec3 axis = random_.direction();
+    const Vec3 a(random_(-0.3, 1.9), random_(1.3, 3.5), random_(2.9, 5.1));
+    const BlockCapsule capsule{.a = {a.x(), a.y(), a.z()},
+                               .axis = {axis.x(), axis.y(), axis.z()},
+                               .length = round % 10 == 0 ? 0 : random_(0.1, 2),
+                               .thickness = random_(0.1, 0.4),
+                               .half = kHalf,
+                               .reach = kHalf * axis.cwiseAbs().sum(),
+                               .last_along = random_(0.1, 2),
+                               .first = {round % 3 == 0 ? 1 : 0, 0},
+                               .last = {3, round % 4 == 0 ? 2 : 3}};
+    NearLeaves wide, narrow;
+    const std::uint64_t which = wide_kernels().find_near(capsule, middles, wide);
+    ASSERT_EQ(baseline_leaf_kernels().find_near(capsule, middles, narrow), which);
+    for (std::size_t n = 0; n < 64; ++n) {
+      const std::array<int, 2> at{static_cast<int>(n >> 4), static_cast<int>(n >> 2 & 3)};
+      const bool is_near = which >> n & 1;
+      if (at[0] < capsule.first[0] || at[1] > capsule.last[1]) {
+        ASSERT_FALSE(is_near);
+        continue;
+      }
+      const Vec3 middle(middles[0][n >> 4], middles[1][n >> 2 & 3], middles[2][n & 3]);
+      const auto away_of = [&](const Vec3& x) -> Vec3 {
+        return x - a - std::clamp((x - a).dot(axis), 0.0, capsule.length) * axis;
+      };
+      if ((middle - a).dot(axis) - capsule.reach >= capsule.last_along) {
+        ASSERT_FALSE(is_near);
+        ++left_out;
+        continue;
+      }
+      if (is_near) {
+        ++near;
+        ASSERT_LE(away_of(middle).norm(), capsule.thickness + std::sqrt(3.0) * kHalf + 1e-12);
+        ASSERT_NEAR(wide.along[n], (middle - a).dot(axis), 1e-13);
+        ASSERT_LT((Vec3(wide.x[n], wide.y[n], wide.z[n]) - away_of(middle)).norm(), 1e-13);
+        ASSERT_NEAR(wide.squared[n], away_of(middle).squaredNorm(), 1e-12);
+        for (const auto& numbers : {&NearLeaves::along, &NearLeaves::x, &NearLeaves::y,
+                                    &NearLeaves::z, &NearLeaves::squared})
+          ASSERT_EQ((wide.*numbers)[n], (narrow.*numbers)[n]);
+        continue;
+      }
+      ++far;
+      for (int node = 0; node < kLeafNodes; ++node) {
+        const Vec3 from_middle(node >> 6, node >> 3 & 7, node & 7);
+        ASSERT_GT(away_of(middle + kStep * from_middle - Vec3::Constant(kHalf)).norm(),
+                  capsule.thickness - 1e-12);
+      }
+    }
+  }
+  EXPECT_GT(near, 200);
+  EXPECT_GT(far, 200);
+  EXPECT_GT(left_out, 100);
+}
+
 TEST_P(LeafKernelsOf, LocateTheNodesOfTheBaseline) {
   // By definition: the node before the one that comes before a point along each axis.
   constexpr double kPerMm = 12.5;
