@@ -187,6 +187,16 @@ const float* BlockRasteriser::fill_leaf(const Index3& leaf, std::vector<Candidat
   if (verdict == Verdict::inside) return leaves_.inside();
   if (verdict != Verdict::band) return leaves_.outside();
   const Vec3 middle = middle_of(leaf, kLeafSide, scene_.voxel_size_);
+  float* values = writer_.spare();
+  const int active = store(near, middle, values);
+  active_voxels_ += static_cast<std::size_t>(active);
+  // Neighbouring nodes differ by less than the band: without active ones, all have one sign.
+  if (active == 0) return values[0] < 0 ? leaves_.inside() : leaves_.outside();
+  writer_.keep();
+  return values;
+}
+
+void BlockRasteriser::resolve(const std::vector<Candidate>& near, const Vec3& middle) {
   entries_.clear();
   whole_caps_.clear();
   for (const Candidate& c : near) resolve(c, middle);
@@ -196,13 +206,6 @@ const float* BlockRasteriser::fill_leaf(const Index3& leaf, std::vector<Candidat
   };
   if (!std::is_sorted(entries_.begin(), entries_.end(), order))
     std::sort(entries_.begin(), entries_.end(), order);
-  float* values = writer_.spare();
-  const int active = store(middle, values);
-  active_voxels_ += static_cast<std::size_t>(active);
-  // Neighbouring nodes differ by less than the band: without active ones, all have one sign.
-  if (active == 0) return values[0] < 0 ? leaves_.inside() : leaves_.outside();
-  writer_.keep();
-  return values;
 }
 
 /// What the piece is to the leaf: a cap matters only where its plane cuts the band, and where it
@@ -215,12 +218,10 @@ void BlockRasteriser::resolve(const Candidate& c, const Vec3& middle) {
   }
   const PreparedSegment& segment = pieces.segment(c.piece);
   const Rasteriser::Shape& shape = scene_.shapes_[static_cast<std::size_t>(c.piece)];
-  const auto is_thick = [&](double radius) {
-    return radius >= 16 * scene_.voxel_size_ && radius >= 2 * scene_.band_;
-  };
+  const auto is_thick = [&](double radius) { return scene_.is_thick(radius); };
   if (shape.is_plain) {
     Entry& whole = entries_.emplace_back();
-    whole.kind = is_thick(segment.radius) && segment.length > 0 ? Kind::thick : Kind::thin;
+    whole.kind = shape.is_thin ? Kind::thin : Kind::thick;
     whole.radius = segment.radius;
     whole.piece = c.piece;
     return;
@@ -272,17 +273,22 @@ LeafRows BlockRasteriser::rows_of(int piece, const Vec3& middle) const {
           row(shape.end_row[1] - y)};
 }
 
-/// Puts the entries' distances there; how many are within the band?
-int BlockRasteriser::store(const Vec3& middle, float* values) {
-  const Entry &first = entries_.front(), &last = entries_.back();
-  const auto kind = [](const Entry& e) { return std::tuple(e.plane, e.kind, e.radius); };
-  if (first.kind == Kind::thin && first.plane < 0 && kind(first) == kind(last)) {
-    std::size_t entry = 0;
-    collect_capsules(entry, middle);
-    return kernels_.store_thin(capsules_, single(first.radius), single(scene_.band_), values);
+/// Puts the distances there; how many are within the band?
+int BlockRasteriser::store(const std::vector<Candidate>& near, const Vec3& middle, float* values) {
+  const double radius = scene_.shapes_[static_cast<std::size_t>(near.front().piece)].outer_radius;
+  const float band = single(scene_.band_);
+  const auto is_alike = [&](const Candidate& c) {
+    const Rasteriser::Shape& shape = scene_.shapes_[static_cast<std::size_t>(c.piece)];
+    return shape.is_thin && shape.outer_radius == radius;
+  };
+  if (std::all_of(near.begin(), near.end(), is_alike)) {  // as nearly everywhere in a stent
+    capsules_.clear();
+    for (const Candidate& c : near) capsules_.push_back(thin_capsule(c.piece, middle));
+    return kernels_.store_thin(capsules_, single(radius), band, values);
   }
+  resolve(near, middle);
   evaluate(middle);
-  return kernels_.store(values_, single(scene_.band_), values);
+  return kernels_.store(values_, band, values);
 }
 
 void BlockRasteriser::evaluate(const Vec3& middle) {

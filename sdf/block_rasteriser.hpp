@@ -87,9 +87,10 @@ class BlockRasteriser {
   void bin_to_leaves(int piece, const Index3& lower, const LeafMiddles& middles);
   Verdict cull(const CubeReach& reach, std::vector<Candidate>& near) const;
   const float* fill_leaf(const Index3& origin, std::vector<Candidate>& near);
+  void resolve(const std::vector<Candidate>& near, const Vec3& middle);
   void resolve(const Candidate& candidate, const Vec3& middle);
   LeafRows rows_of(int piece, const Vec3& middle) const;
-  int store(const Vec3& middle, float* values);
+  int store(const std::vector<Candidate>& near, const Vec3& middle, float* values);
   void evaluate(const Vec3& middle);
   void collect_capsules(std::size_t& entry, const Vec3& middle);
   LeafCapsule thin_capsule(int piece, const Vec3& middle) const;

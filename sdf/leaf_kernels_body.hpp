@@ -306,9 +306,18 @@ int store(const LeafValues& values, float background, float* leaf) {
 int store_thin(std::span<const LeafCapsule> capsules, float radius, float background, float* leaf) {
   Nodes least[kParts];
   find_least(capsules, squared_norm, least);
+  // Most are beyond the band, and need no root: the others are listed, which no branch could guess.
+  constexpr float kRoundedUp = 1 + 8 * std::numeric_limits<float>::epsilon();
   const Nodes limit = nodes(background);
-  int active = 0;
-  for (int n = 0; n < kParts; ++n) active += store(root(least[n]) - nodes(radius), limit, leaf, n);
+  const Nodes beyond = nodes(kRoundedUp * (radius + background) * (radius + background));
+  int others[kParts], count = 0, active = 0;
+  for (int n = 0; n < kParts; ++n) {
+    store_rows(limit, leaf + first_node(n));
+    others[count] = n;
+    count += below(least[n], beyond) != 0;
+  }
+  for (int m = 0; m < count; ++m)
+    active += store(root(least[others[m]]) - nodes(radius), limit, leaf, others[m]);
   return active;
 }
 
