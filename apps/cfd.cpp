@@ -234,9 +234,12 @@ class Run {
       return;
     }
     meshing::LayerOptions layer_options = a_.layers;
-    if (!a_.thickness.empty())
+    if (!a_.thickness.empty()) {
       layer_options.thickness =
           vessels::parse_length(a_.thickness, vessels::LengthUnit::mm, "--layer-thickness");
+      if (!(layer_options.thickness > 0))
+        throw Error(ExitCode::usage, "command line: --layer-thickness: must be positive");
+    }
     progress_.show("growing boundary layers ...");
     meshing::Layers layers = meshing::grow_layers(model_, layer_options, input_.unit);
     progress_.clear();
@@ -270,7 +273,8 @@ class Run {
     std::cerr << "warning: " << q.below_10 << " of " << mesh.tetrahedra.size()
               << " tetrahedra have a dihedral angle below 10 deg, the worst "
               << vessels::number(q.smallest_dihedral) << " deg at "
-              << vessels::place(middle, input_.unit) << "; remesh or smooth the surface\n";
+              << vessels::place(middle, input_.unit)
+              << "; its surface is too uneven there: --remesh all\n";
   }
 
   void note_mesher(const meshing::Volume& volume) {
