@@ -109,6 +109,7 @@ class Run {
   void operator()() {
     const auto begin = std::chrono::steady_clock::now();
     deployment::ResultFolder folder(a_.out);
+    prepare_mesher(folder.stage());
     std::optional<flow::BoundaryConditions> conditions;
     if (!a_.conditions.empty()) conditions = flow::read_boundary_conditions(a_.conditions);
     make_model(conditions);
@@ -118,7 +119,7 @@ class Run {
       solver = meshing::solver_case(model_, *conditions, a_.solver);
     }
     edit_surface();
-    fill(folder.stage());
+    fill();
     progress_.show("writing mesh-complete ...");
     meshing::write_mesh_complete(model_, mesh_, behind_, folder.stage() / "mesh-complete");
     if (solver) write_case(*solver, folder.stage());
@@ -134,6 +135,18 @@ class Run {
   }
 
  private:
+  void prepare_mesher(const fs::path& stage) {
+    meshing::VolumeOptions& options = mesher_;
+    options.mesher = a_.mesher == "gmsh" ? meshing::Mesher::gmsh : meshing::Mesher::tetgen;
+    options.time_limit = a_.time_limit;
+    options.folder = stage;
+    options.keep_going = [&](double seconds) {
+      progress_.show(formatted("meshing with %s: %.0f s", a_.mesher.c_str(), seconds));
+      return !interrupted();
+    };
+    meshing::mesher_program(options);  // must be there before anything long begins
+  }
+
   void make_model(const std::optional<flow::BoundaryConditions>& conditions) {
     progress_.show("reading ...");
     surface_ = vessels::read_surface(input_.surface, input_.unit);
@@ -214,18 +227,10 @@ class Run {
                          {"volume_change", remeshed.volume_change}};
   }
 
-  void fill(const fs::path& stage) {
-    meshing::VolumeOptions options;
-    options.mesher = a_.mesher == "gmsh" ? meshing::Mesher::gmsh : meshing::Mesher::tetgen;
-    options.time_limit = a_.time_limit;
-    options.folder = stage;
-    options.edge = edge_;
-    options.keep_going = [&](double seconds) {
-      progress_.show(formatted("meshing with %s: %.0f s", a_.mesher.c_str(), seconds));
-      return !interrupted();
-    };
+  void fill() {
+    mesher_.edge = edge_;
     if (a_.layers.count == 0) {
-      meshing::Volume volume = meshing::fill(model_.mesh, options);
+      meshing::Volume volume = meshing::fill(model_.mesh, mesher_);
       report_["core"] = quality_json(volume.mesh);
       warn_of_thin(volume.mesh);
       mesh_ = std::move(volume.mesh);
@@ -234,14 +239,17 @@ class Run {
       return;
     }
     meshing::LayerOptions layer_options = a_.layers;
-    if (!a_.thickness.empty())
+    if (!a_.thickness.empty()) {
       layer_options.thickness =
           vessels::parse_length(a_.thickness, vessels::LengthUnit::mm, "--layer-thickness");
+      if (!(layer_options.thickness > 0))
+        throw Error(ExitCode::usage, "command line: --layer-thickness: must be positive");
+    }
     progress_.show("growing boundary layers ...");
     meshing::Layers layers = meshing::grow_layers(model_, layer_options, input_.unit);
     progress_.clear();
     for (const std::string& warning : layers.warnings) std::cerr << "warning: " << warning << '\n';
-    meshing::Volume core = meshing::fill(layers.core, options);
+    meshing::Volume core = meshing::fill(layers.core, mesher_);
     note_mesher(core);
     mesh_ = meshing::joined(layers, core.mesh);
     model_ = std::move(layers.model);
@@ -270,7 +278,8 @@ class Run {
     std::cerr << "warning: " << q.below_10 << " of " << mesh.tetrahedra.size()
               << " tetrahedra have a dihedral angle below 10 deg, the worst "
               << vessels::number(q.smallest_dihedral) << " deg at "
-              << vessels::place(middle, input_.unit) << "; remesh or smooth the surface\n";
+              << vessels::place(middle, input_.unit)
+              << "; its surface is too uneven there: --remesh all\n";
   }
 
   void note_mesher(const meshing::Volume& volume) {
@@ -344,6 +353,7 @@ class Run {
   Input input_;
   Progress progress_;
   meshing::Model model_;
+  meshing::VolumeOptions mesher_;
   vessels::Surface surface_;
   double edge_ = 0;  // mm asked for; 0: none
   meshing::TetMesh mesh_;
@@ -374,6 +384,11 @@ void add_cfd(CLI::App& app) {
                    "The surface's triangles: region (where the stent moved the wall; default for "
                    "its results), all (default with --edge), none")
       ->check(CLI::IsMember({"region", "all", "none"}));
+  command
+      ->add_option(
+          "--smooth", a->smooth,
+          "Times to smooth the wall without shrinking it: where the stent moved it, or all")
+      ->check(CLI::Range(0, 1000));
   command->add_option(
       "--adaptive", a->adaptive,
       "Shorter edges (to a quarter) where the surface bends, so that triangles stay "

@@ -8,8 +8,9 @@
 
 namespace vstent::apps {
 
-/// The whole mesh cut open, and the cut enlarged at the model's narrowest cap and widest place, as
-/// a PNG. Without a display it says so on standard error and draws nothing. \throws Error (output)
+/// The whole mesh cut open along the plane in which it spreads widest, and a sixth of it enlarged,
+/// as a PNG. Without a display it says so on standard error and draws nothing. \throws Error
+/// (output)
 void draw_mesh(const meshing::Model& model, const meshing::TetMesh& mesh,
                const std::filesystem::path& png);
 

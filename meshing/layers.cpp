@@ -47,6 +47,7 @@ class Growing {
         unit_(unit),
         wall_(wall_of(model, unit)),
         direction_(inward_directions(wall_, unit)) {
+    measure_slant();
     double total = 0, step = 1;
     depth_.push_back(0);
     for (int l = 0; l < options.count; ++l, step *= options.growth) depth_.push_back(total += step);
@@ -102,8 +103,9 @@ class Growing {
     return edge;
   }
 
+  /// Caps are no obstacle: rims grow along them.
   void limit_by_lumen() {
-    const TriangleMesh& mesh = model_.mesh;
+    const TriangleMesh& mesh = wall_.mesh;
     std::vector<Box> boxes(mesh.triangles.size());
     for (std::size_t t = 0; t < boxes.size(); ++t) {
       for (const int v : mesh.triangles[t]) boxes[t].include(mesh.points[index(v)]);
@@ -151,17 +153,20 @@ class Growing {
                       : Vec3(wall_.mesh.points[index(v)] +
                              depth_[level] * reach(index(v)) * direction_[index(v)]);
   }
-  /// Along a slanting cap it is farther to the same distance from the wall.
-  double reach(std::size_t v) const { return thickness_[v] / slant_of(v); }
-  double slant_of(std::size_t v) const {
-    if (wall_.cap[v] < 0) return 1;
-    Vec3 normal = Vec3::Zero();
-    for (const int t : wall_.triangles[v]) {
-      const Triangle& c = wall_.mesh.triangles[index(t)];
-      const Vec3& a = wall_.mesh.points[index(c[0])];
-      normal += (wall_.mesh.points[index(c[2])] - a).cross(wall_.mesh.points[index(c[1])] - a);
+  /// Where directions slant, as they do along oblique caps, it is farther to the same distance from
+  /// the wall.
+  double reach(std::size_t v) const { return thickness_[v] / slant_[v]; }
+
+  void measure_slant() {
+    for (std::size_t v = 0; v < direction_.size(); ++v) {
+      Vec3 normal = Vec3::Zero();
+      for (const int t : wall_.triangles[v]) {
+        const Triangle& c = wall_.mesh.triangles[index(t)];
+        const Vec3& a = wall_.mesh.points[index(c[0])];
+        normal += (wall_.mesh.points[index(c[2])] - a).cross(wall_.mesh.points[index(c[1])] - a);
+      }
+      slant_.push_back(std::max(kSteep, direction_[v].dot(normal.normalized())));
     }
-    return std::max(kSteep, direction_[v].dot(normal.normalized()));
   }
 
   /// The three tetrahedra of one layer over a wall triangle, by number of point and level. The
@@ -349,6 +354,7 @@ class Growing {
   vessels::LengthUnit unit_;
   Wall wall_;
   std::vector<Vec3> direction_;
+  std::vector<double> slant_;  // cosine between direction and normal
   std::vector<double> depth_;  // of each level, as a share of the whole
   std::vector<double> wanted_, thickness_;
   TriangleMesh core_;

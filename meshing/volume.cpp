@@ -45,20 +45,6 @@ class WorkFolder {
   fs::path path_;
 };
 
-fs::path program_of(const VolumeOptions& options) {
-  const bool gmsh = options.mesher == Mesher::gmsh;
-  const char* variable = gmsh ? "VSTENT_GMSH" : "VSTENT_TETGEN";
-  const char* set = std::getenv(variable);
-  std::string wanted = options.program;
-  if (wanted.empty() && set != nullptr) wanted = set;
-  if (wanted.empty()) wanted = name(options.mesher);
-  const fs::path found = find_program(wanted);
-  if (found.empty())
-    throw Error(ExitCode::usage, wanted + ": there is no such program; install the package " +
-                                     name(options.mesher) + ", or name the program in " + variable);
-  return found;
-}
-
 void require_closed(const TriangleMesh& surface) {
   const auto edges = vessels::sorted_half_edges(surface);
   std::size_t open = 0;
@@ -185,9 +171,23 @@ void turn_right_way_round(TetMesh& mesh) {
 
 std::string name(Mesher mesher) { return mesher == Mesher::gmsh ? "gmsh" : "tetgen"; }
 
+fs::path mesher_program(const VolumeOptions& options) {
+  const bool gmsh = options.mesher == Mesher::gmsh;
+  const char* variable = gmsh ? "VSTENT_GMSH" : "VSTENT_TETGEN";
+  const char* set = std::getenv(variable);
+  std::string wanted = options.program;
+  if (wanted.empty() && set != nullptr) wanted = set;
+  if (wanted.empty()) wanted = name(options.mesher);
+  const fs::path found = find_program(wanted);
+  if (found.empty())
+    throw Error(ExitCode::usage, wanted + ": there is no such program; install the package " +
+                                     name(options.mesher) + ", or name the program in " + variable);
+  return found;
+}
+
 Volume fill(const TriangleMesh& surface, const VolumeOptions& options) {
   require_closed(surface);
-  const fs::path program = program_of(options);
+  const fs::path program = mesher_program(options);
   const WorkFolder work(options.folder);
   const double own_edge = edge_by_area(surface);
   const double edge = std::max(options.edge > 0 ? options.edge : own_edge, kFinest * own_edge);

@@ -24,6 +24,9 @@ struct VolumeOptions {
       keep_going;  ///< called while the mesher works; false stops it
 };
 
+/// The executable that fill would run. \throws Error (usage) when it is not installed
+std::filesystem::path mesher_program(const VolumeOptions& options);
+
 struct Volume {
   TetMesh mesh;             ///< its first points are the surface's, bit for bit and in order
   std::vector<int> behind;  ///< the tetrahedron inside each triangle of the surface

@@ -1,6 +1,7 @@
 #include "sdf/block_rasteriser.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -9,6 +10,7 @@ namespace vstent::sdf {
 namespace {
 
 constexpr double kRounding = 1e-9;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 float single(double value) { return static_cast<float>(value); }
 
@@ -20,10 +22,11 @@ Affine affine(const Vec3& direction, const Vec3& from_origin, double zero, doubl
 
 LeafVector vector(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
+double middle_of(int index, int nodes, double h) { return h * (nodes * index + 0.5 * (nodes - 1)); }
+
 /// Of the cube of this many nodes along each side with this index.
 Vec3 middle_of(const Index3& cube, int nodes, double h) {
-  const double half = 0.5 * (nodes - 1);
-  return h * Vec3(nodes * cube[0] + half, nodes * cube[1] + half, nodes * cube[2] + half);
+  return {middle_of(cube[0], nodes, h), middle_of(cube[1], nodes, h), middle_of(cube[2], nodes, h)};
 }
 
 }  // namespace
@@ -79,10 +82,14 @@ BlockRasteriser::Verdict BlockRasteriser::cull(const CubeReach& reach,
 void BlockRasteriser::operator()(std::size_t block) {
   LeafPage& page = leaves_.page(block);
   page.fill_own(leaves_.outside());
-  Index3 lower, upper;
+  Index3 lower;
+  LeafMiddles middles;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     lower[axis] = LeafPage::kSide * leaves_.block(block)[axis];
-    upper[axis] = lower[axis] + LeafPage::kSide - 1;
+    for (int n = 0; n < LeafPage::kSide; ++n) {
+      middles[axis][static_cast<std::size_t>(n)] =
+          middle_of(lower[axis] + n, kLeafSide, scene_.voxel_size_);
+    }
   }
   const Vec3 middle = middle_of(leaves_.block(block), Rasteriser::kBlockSide, scene_.voxel_size_);
   of_block_.clear();
@@ -93,7 +100,7 @@ void BlockRasteriser::operator()(std::size_t block) {
   const Verdict verdict = cull(block_reach_, of_block_);
   if (verdict == Verdict::inside) page.fill_own(leaves_.inside());
   if (verdict != Verdict::band) return;
-  for (const Candidate& c : of_block_) bin_to_leaves(c.piece, lower, upper);
+  for (const Candidate& c : of_block_) bin_to_leaves(c.piece, lower, middles);
   std::size_t n = 0;
   for (int i = 0; i < LeafPage::kSide; ++i) {
     for (int j = 0; j < LeafPage::kSide; ++j) {
@@ -116,8 +123,10 @@ bool BlockRasteriser::yields(int piece, const Vec3& middle, double along) const 
     // Where two pieces could each yield to the other, the second stays.
     if (!shape.continued || along + shape.reach > 0) return false;
     const Rasteriser::Shape& before = scene_.shapes_[static_cast<std::size_t>(piece) - 1];
-    if (before.continues && leaf_reach_.least(middle - before.a, before.axis) >= before.length)
-      return false;
+    const Vec3 from_a = middle - before.a;  // and rounded as it was for that one
+    const double along_before =
+        from_a.x() * before.axis.x() + from_a.y() * before.axis.y() + from_a.z() * before.axis.z();
+    if (before.continues && along_before - before.reach >= before.length) return false;
   }
   if (shape.is_plain) return true;
   // Behind the planes of its caps max(d, z) keeps the order.
@@ -130,43 +139,46 @@ bool BlockRasteriser::yields(int piece, const Vec3& middle, double along) const 
   return true;
 }
 
-/// Lists the piece in the leaves that its band touches. The innermost loop of binning: by single
-/// coordinates, and with the cheap refusals first.
-void BlockRasteriser::bin_to_leaves(int piece, const Index3& lower, const Index3& upper) {
+/// Lists the piece in the leaves that its band touches.
+void BlockRasteriser::bin_to_leaves(int piece, const Index3& lower, const LeafMiddles& middles) {
   const Rasteriser::Shape& shape = scene_.shapes_[static_cast<std::size_t>(piece)];
-  const double h = scene_.voxel_size_;
   const double limit = scene_.band_ * (1 + kRounding);
-  const double farthest = shape.outer_radius + limit + leaf_reach_.corner * (1 + kRounding);
-  const LeafVector axis = vector(shape.axis);
-  const auto visit = [&](const Index3& leaf) {
-    const Vec3 middle = middle_of(leaf, kLeafSide, h);
-    const double x = middle.x() - shape.a.x(), y = middle.y() - shape.a.y(),
-                 z = middle.z() - shape.a.z();
-    const double along = x * axis.x + y * axis.y + z * axis.z;
-    if (shape.is_plain && shape.continues && along - shape.reach >= shape.length) return;  // yields
-    const double s = std::clamp(along, 0.0, shape.length);
-    const double away_x = x - s * axis.x, away_y = y - s * axis.y, away_z = z - s * axis.z;
-    const double squared = away_x * away_x + away_y * away_y + away_z * away_z;
-    if (squared > farthest * farthest || yields(piece, middle, along)) return;
-    const int n = ((leaf[0] - lower[0]) * LeafPage::kSide + leaf[1] - lower[1]) * LeafPage::kSide +
-                  leaf[2] - lower[2];
-    std::vector<Candidate>& near = of_leaf_[static_cast<std::size_t>(n)];
+  const double thickness = shape.outer_radius + limit;
+  BlockCapsule capsule{.a = vector(shape.a),
+                       .axis = vector(shape.axis),
+                       .length = shape.length,
+                       .thickness = thickness,
+                       .half = leaf_reach_.half,
+                       .reach = shape.reach,
+                       .last_along = shape.is_plain && shape.continues ? shape.length : kInfinity,
+                       .first = {},
+                       .last = {}};
+  const double side = kLeafSide * scene_.voxel_size_;
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const auto n = static_cast<int>(axis);
+    const auto [from, to] = std::minmax(shape.a[n], shape.b[n]);
+    const auto leaf = [&](double place) {
+      return static_cast<int>(std::floor(std::clamp(place / side - lower[axis], -1.0, 4.0)));
+    };
+    capsule.first[axis] = std::max(leaf(from - thickness * (1 + kRounding)), 0);
+    capsule.last[axis] = std::min(leaf(to + thickness * (1 + kRounding)), LeafPage::kSide - 1);
+  }
+  for (auto which = kernels_.find_near(capsule, middles, near_); which != 0; which &= which - 1) {
+    const auto n = static_cast<std::size_t>(std::countr_zero(which));
+    const Vec3 middle(middles[0][n >> 4], middles[1][n >> 2 & 3], middles[2][n & 3]);
+    if (yields(piece, middle, near_.along[n])) continue;
     if (!shape.is_plain) {
-      if (leaf_reach_.least(scene_.pieces_.uncut_distance(piece, middle)) > limit) return;
-      near.push_back({piece, scene_.pieces_.distance(piece, middle)});
-      return;
+      if (leaf_reach_.least(scene_.pieces_.uncut_distance(piece, middle)) <= limit)
+        of_leaf_[n].push_back({piece, scene_.pieces_.distance(piece, middle)});
+      continue;
     }
-    const double from_axis = std::sqrt(squared);
-    const double distance = from_axis - shape.outer_radius;
+    const double from_axis = std::sqrt(near_.squared[n]);
     const double inverse = from_axis > 0 ? 1 / from_axis : 0;
-    const double slope = (std::abs(away_x) + std::abs(away_y) + std::abs(away_z)) * inverse;
-    if (distance - (slope > 0 ? leaf_reach_.half * slope : leaf_reach_.corner) > limit) return;
-    Candidate& c = near.emplace_back();
+    Candidate& c = of_leaf_[n].emplace_back();
     c.piece = piece;
-    c.sample.distance = distance;
-    c.sample.gradient = {away_x * inverse, away_y * inverse, away_z * inverse};
-  };
-  visit_cells(shape.a, shape.b, shape.outer_radius + limit, kLeafSide * h, lower, upper, visit);
+    c.sample.distance = from_axis - shape.outer_radius;
+    c.sample.gradient = {near_.x[n] * inverse, near_.y[n] * inverse, near_.z[n] * inverse};
+  }
 }
 
 /// Where its values are.
@@ -175,6 +187,16 @@ const float* BlockRasteriser::fill_leaf(const Index3& leaf, std::vector<Candidat
   if (verdict == Verdict::inside) return leaves_.inside();
   if (verdict != Verdict::band) return leaves_.outside();
   const Vec3 middle = middle_of(leaf, kLeafSide, scene_.voxel_size_);
+  float* values = writer_.spare();
+  const int active = store(near, middle, values);
+  active_voxels_ += static_cast<std::size_t>(active);
+  // Neighbouring nodes differ by less than the band: without active ones, all have one sign.
+  if (active == 0) return values[0] < 0 ? leaves_.inside() : leaves_.outside();
+  writer_.keep();
+  return values;
+}
+
+void BlockRasteriser::resolve(const std::vector<Candidate>& near, const Vec3& middle) {
   entries_.clear();
   whole_caps_.clear();
   for (const Candidate& c : near) resolve(c, middle);
@@ -184,13 +206,6 @@ const float* BlockRasteriser::fill_leaf(const Index3& leaf, std::vector<Candidat
   };
   if (!std::is_sorted(entries_.begin(), entries_.end(), order))
     std::sort(entries_.begin(), entries_.end(), order);
-  float* values = writer_.spare();
-  const int active = store(middle, values);
-  active_voxels_ += static_cast<std::size_t>(active);
-  // Neighbouring nodes differ by less than the band: without active ones, all have one sign.
-  if (active == 0) return values[0] < 0 ? leaves_.inside() : leaves_.outside();
-  writer_.keep();
-  return values;
 }
 
 /// What the piece is to the leaf: a cap matters only where its plane cuts the band, and where it
@@ -203,12 +218,10 @@ void BlockRasteriser::resolve(const Candidate& c, const Vec3& middle) {
   }
   const PreparedSegment& segment = pieces.segment(c.piece);
   const Rasteriser::Shape& shape = scene_.shapes_[static_cast<std::size_t>(c.piece)];
-  const auto is_thick = [&](double radius) {
-    return radius >= 16 * scene_.voxel_size_ && radius >= 2 * scene_.band_;
-  };
+  const auto is_thick = [&](double radius) { return scene_.is_thick(radius); };
   if (shape.is_plain) {
     Entry& whole = entries_.emplace_back();
-    whole.kind = is_thick(segment.radius) && segment.length > 0 ? Kind::thick : Kind::thin;
+    whole.kind = shape.is_thin ? Kind::thin : Kind::thick;
     whole.radius = segment.radius;
     whole.piece = c.piece;
     return;
@@ -260,17 +273,22 @@ LeafRows BlockRasteriser::rows_of(int piece, const Vec3& middle) const {
           row(shape.end_row[1] - y)};
 }
 
-/// Puts the entries' distances there; how many are within the band?
-int BlockRasteriser::store(const Vec3& middle, float* values) {
-  const Entry &first = entries_.front(), &last = entries_.back();
-  const auto kind = [](const Entry& e) { return std::tuple(e.plane, e.kind, e.radius); };
-  if (first.kind == Kind::thin && first.plane < 0 && kind(first) == kind(last)) {
-    std::size_t entry = 0;
-    collect_capsules(entry, middle);
-    return kernels_.store_thin(capsules_, single(first.radius), single(scene_.band_), values);
+/// Puts the distances there; how many are within the band?
+int BlockRasteriser::store(const std::vector<Candidate>& near, const Vec3& middle, float* values) {
+  const double radius = scene_.shapes_[static_cast<std::size_t>(near.front().piece)].outer_radius;
+  const float band = single(scene_.band_);
+  const auto is_alike = [&](const Candidate& c) {
+    const Rasteriser::Shape& shape = scene_.shapes_[static_cast<std::size_t>(c.piece)];
+    return shape.is_thin && shape.outer_radius == radius;
+  };
+  if (std::all_of(near.begin(), near.end(), is_alike)) {  // as nearly everywhere in a stent
+    capsules_.clear();
+    for (const Candidate& c : near) capsules_.push_back(thin_capsule(c.piece, middle));
+    return kernels_.store_thin(capsules_, single(radius), band, values);
   }
+  resolve(near, middle);
   evaluate(middle);
-  return kernels_.store(values_, single(scene_.band_), values);
+  return kernels_.store(values_, band, values);
 }
 
 void BlockRasteriser::evaluate(const Vec3& middle) {

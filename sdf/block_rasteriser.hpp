@@ -84,12 +84,13 @@ class BlockRasteriser {
   };
 
   bool yields(int piece, const Vec3& middle, double along) const;
-  void bin_to_leaves(int piece, const Index3& lower, const Index3& upper);
+  void bin_to_leaves(int piece, const Index3& lower, const LeafMiddles& middles);
   Verdict cull(const CubeReach& reach, std::vector<Candidate>& near) const;
   const float* fill_leaf(const Index3& origin, std::vector<Candidate>& near);
+  void resolve(const std::vector<Candidate>& near, const Vec3& middle);
   void resolve(const Candidate& candidate, const Vec3& middle);
   LeafRows rows_of(int piece, const Vec3& middle) const;
-  int store(const Vec3& middle, float* values);
+  int store(const std::vector<Candidate>& near, const Vec3& middle, float* values);
   void evaluate(const Vec3& middle);
   void collect_capsules(std::size_t& entry, const Vec3& middle);
   LeafCapsule thin_capsule(int piece, const Vec3& middle) const;
@@ -107,6 +108,7 @@ class BlockRasteriser {
   CubeReach block_reach_, leaf_reach_;
   std::vector<Candidate> of_block_;
   std::array<std::vector<Candidate>, 64> of_leaf_;
+  NearLeaves near_;
   std::vector<Entry> entries_;
   std::vector<LeafCapsule> capsules_;
   std::vector<LeafStrut> struts_;

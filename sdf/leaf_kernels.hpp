@@ -1,11 +1,12 @@
 // The inner loops that fill a leaf of 8^3 nodes with distances and that read from leaves, compiled
-// once for any machine and once for wide registers; both give the same bits. Coordinates are
+// once for any machine and twice for wide registers; all give the same bits. Coordinates are
 // counted from the leaf's middle, so that single precision keeps the distances to its own rounding
 // wherever the solid lies.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
 namespace vstent::sdf {
@@ -64,6 +65,26 @@ struct LeafVector {
   double x, y, z;
 };
 
+/// The middles of a block's 4^3 leaves along each axis (mm).
+using LeafMiddles = std::array<std::array<double, 4>, 3>;
+
+/// A capsule beside a block of leaves.
+struct BlockCapsule {
+  LeafVector a, axis;
+  double length;
+  double thickness;   ///< its radius and the band
+  double half;        ///< how far a leaf's nodes lie from its middle, along x, y or z
+  double reach;       ///< and along the capsule's axis
+  double last_along;  ///< leaves that begin farther than that along the axis are left out
+  std::array<int, 2> first, last;  ///< along x and y
+};
+
+/// Of leaf 16 i + 4 j + k: how far along a capsule's axis its middle lies, the way from the axis's
+/// nearest point to it, and the square of that distance.
+struct NearLeaves {
+  alignas(32) std::array<double, 64> along, x, y, z, squared;
+};
+
 /// A round cone with up to two caps, or a flat-capped cylinder, relative to the leaf's first node.
 struct LeafCone {
   struct Cap {
@@ -120,6 +141,8 @@ struct LeafKernels {
   int (*store)(const LeafValues& values, float background, float* leaf);
   /// The same of values that only thin capsules lower, in one pass.
   int (*store_thin)(std::span<const LeafCapsule>, float radius, float background, float* leaf);
+  /// The leaves that the capsule can reach, by bits; of those the numbers are set.
+  std::uint64_t (*find_near)(const BlockCapsule&, const LeafMiddles&, NearLeaves& near);
   /// All but the leaves, of points x, y, z, x, ... Those beyond kFarthestNode are put there, and
   /// what is not a number.
   void (*locate)(std::span<const double> coordinates, const LeafLattice& lattice,
@@ -133,6 +156,8 @@ struct LeafKernels {
 const LeafKernels& baseline_leaf_kernels();
 /// Null where the program was not built for, or does not run on, a machine with AVX2.
 const LeafKernels* avx2_leaf_kernels();
+/// The same for AVX-512 (F, BW, DQ and VL).
+const LeafKernels* avx512_leaf_kernels();
 /// The widest that this machine runs.
 const LeafKernels& leaf_kernels();
 

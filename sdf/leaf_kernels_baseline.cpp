@@ -1,3 +1,4 @@
+#include "sdf/block_kernel_body.hpp"
 #include "sdf/leaf_kernels_body.hpp"
 #include "sdf/sample_kernel_body.hpp"
 
@@ -6,13 +7,14 @@ namespace {
 
 constexpr LeafKernels kTable{lower_to_thin, lower_to_thick,  lower_to_struts, lower_to_cut_capsules,
                              lower_to_cone, lower_to_larger, store,           store_thin,
-                             locate,        sample};
+                             find_near,     locate,          sample};
 
 }  // namespace
 
 const LeafKernels& baseline_leaf_kernels() { return kTable; }
 
 const LeafKernels& leaf_kernels() {
+  if (const LeafKernels* widest = avx512_leaf_kernels()) return *widest;
   const LeafKernels* wide = avx2_leaf_kernels();
   return wide ? *wide : baseline_leaf_kernels();
 }

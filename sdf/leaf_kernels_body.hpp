@@ -10,28 +10,39 @@ namespace vstent::sdf {
 namespace {
 
 constexpr Wide kRamp{-3.5f, -2.5f, -1.5f, -0.5f, 0.5f, 1.5f, 2.5f, 3.5f};
-constexpr int kRows = 64;
+constexpr int kParts = kLeafSide * kLeafSide / kRowsAtOnce;
 
-inline Wide* rows(LeafValues& values) { return reinterpret_cast<Wide*>(values.at.data()); }
-inline const Wide* rows(const LeafValues& values) {
-  return reinterpret_cast<const Wide*>(values.at.data());
+/// Some of a leaf's nodes: the n-th Nodes, n = 8 (i / kRowsAtOnce) + j.
+struct Part {
+  int n;
+  Chosen rows;
+};
+
+inline int first_node(int n) {
+  return kLeafSide * (kLeafSide * kRowsAtOnce * (n / kLeafSide) + n % kLeafSide);
+}
+inline Nodes load(const LeafValues& values, int n) {
+  return load_rows(values.at.data() + first_node(n));
+}
+inline void lower(LeafValues& values, Part part, Nodes to) {
+  float* first = values.at.data() + first_node(part.n);
+  store_rows(lowered(load_rows(first), to, part.rows), first);
 }
 
 /// An affine function row by row: the nodes of a row differ in k.
 class Sweep {
  public:
   Sweep(const Affine& affine, float middle)
-      : along_z_(wide(affine.z) * kRamp), middle_(middle), x_(affine.x) {
-    for (int j = 0; j < kLeafSide; ++j) along_y_[j] = affine.y * kRamp[j];
-  }
+      : along_x_(wide(middle) + wide(affine.x) * kRamp),
+        along_y_(wide(affine.y) * kRamp),
+        along_z_(repeat(wide(affine.z) * kRamp)) {}
   explicit Sweep(const Affine& affine) : Sweep(affine, affine.middle) {}
-  void enter(int i) { plane_ = along_z_ + wide(middle_ + x_ * kRamp[i]); }
-  Wide row(int j) const { return plane_ + wide(along_y_[j]); }
+  void enter(int i) { plane_ = along_z_ + per_row(along_x_, i); }
+  Nodes row(int j) const { return plane_ + nodes(along_y_[j]); }
 
  private:
-  Wide along_z_, plane_{};
-  float along_y_[kLeafSide];
-  float middle_, x_;
+  Wide along_x_, along_y_;
+  Nodes along_z_, plane_{};
 };
 
 /// How far beyond either end.
@@ -40,8 +51,8 @@ class Overshoot {
   Overshoot(const Affine& past_b, float before_a)
       : past_b_(past_b), minus_before_a_(past_b, -before_a) {}
   void enter(int i) { past_b_.enter(i), minus_before_a_.enter(i); }
-  Wide row(int j) const {
-    return larger(larger(past_b_.row(j), Wide{} - minus_before_a_.row(j)), Wide{});
+  Nodes row(int j) const {
+    return larger(larger(past_b_.row(j), Nodes{} - minus_before_a_.row(j)), Nodes{});
   }
 
  private:
@@ -51,10 +62,12 @@ class Overshoot {
 template <int kCount, class Visit, class... Sweeps>
 inline void for_each_row_of(const LeafRows& rows, Visit&& visit, Sweeps&... sweeps) {
   const int first = rows.first_j < kLeafSide - kCount ? rows.first_j : kLeafSide - kCount;
-  for (int i = rows.first_i; i < rows.end_i; ++i) {
+  for (int i = rows.first_i / kRowsAtOnce * kRowsAtOnce; i < rows.end_i; i += kRowsAtOnce) {
     (sweeps.enter(i), ...);
+    const Chosen chosen = choose(i, rows.first_i, rows.end_i);
 #pragma GCC unroll 1  // the steps along j stay in memory, whence they are broadcast for free
-    for (int j = first; j < first + kCount; ++j) visit(8 * i + j, sweeps.row(j)...);
+    for (int j = first; j < first + kCount; ++j)
+      visit(Part{kLeafSide * (i / kRowsAtOnce) + j, chosen}, sweeps.row(j)...);
   }
 }
 
@@ -72,15 +85,15 @@ inline void for_each_row(const LeafRows& rows, Visit&& visit, Sweeps&... sweeps)
 /// The least measure over the capsules.
 template <class Measure>
 inline void find_least(std::span<const LeafCapsule> capsules, const Measure& measure,
-                       Wide (&least)[kRows]) {
-  for (int row = 0; row < kRows; ++row) least[row] = wide(std::numeric_limits<float>::infinity());
+                       Nodes (&least)[kParts]) {
+  for (Nodes& n : least) n = nodes(std::numeric_limits<float>::infinity());
   for (const LeafCapsule& capsule : capsules) {
     Sweep across(capsule.across), aside(capsule.aside);
     Overshoot over(capsule.past_b, capsule.before_a);
     for_each_row(
         capsule.reached,
-        [&](int row, Wide a, Wide b, Wide c) {
-          least[row] = smaller(least[row], measure(a, b, c));
+        [&](Part part, Nodes a, Nodes b, Nodes c) {
+          least[part.n] = lowered(least[part.n], measure(a, b, c), part.rows);
         },
         across, aside, over);
   }
@@ -90,17 +103,17 @@ inline void find_least(std::span<const LeafCapsule> capsules, const Measure& mea
 template <class Measure, class ResultOf>
 inline void lower_to_capsules(std::span<const LeafCapsule> capsules, const Measure& measure,
                               const ResultOf& result_of, LeafValues& values) {
-  Wide least[kRows];
+  Nodes least[kParts];
   find_least(capsules, measure, least);
-  Wide* result = rows(values);
-  for (int row = 0; row < kRows; ++row) result[row] = smaller(result[row], result_of(least[row]));
+  for (int n = 0; n < kParts; ++n) lower(values, {n, kAllRows}, result_of(least[n]));
 }
 
-inline Wide squared_norm(Wide a, Wide b, Wide c) { return a * a + b * b + c * c; }
+/// Not a function: a loop would call that through its address, row by row.
+constexpr auto squared_norm = [](Nodes a, Nodes b, Nodes c) { return a * a + b * b + c * c; };
 
 void lower_to_thin(std::span<const LeafCapsule> capsules, float radius, LeafValues& values) {
   lower_to_capsules(
-      capsules, squared_norm, [&](Wide least) { return root(least) - wide(radius); }, values);
+      capsules, squared_norm, [&](Nodes least) { return root(least) - nodes(radius); }, values);
 }
 
 /// By the square of the distance from an axis less that of the radius, without the cancellation;
@@ -108,67 +121,66 @@ void lower_to_thin(std::span<const LeafCapsule> capsules, float radius, LeafValu
 class Thick {
  public:
   explicit Thick(float radius)
-      : radius_(wide(radius)), diameter_(wide(2 * radius)), square_(wide(radius * radius)) {}
-  Wide excess(Wide across, Wide aside, Wide over) const {
+      : radius_(nodes(radius)), diameter_(nodes(2 * radius)), square_(nodes(radius * radius)) {}
+  Nodes excess(Nodes across, Nodes aside, Nodes over) const {
     return across * (across + diameter_) + aside * aside + over * over;
   }
-  Wide from_axis(Wide excess) const { return root(larger(excess + square_, Wide{})); }
-  Wide distance(Wide excess, Wide from_axis) const { return excess / (from_axis + radius_); }
+  Nodes from_axis(Nodes excess) const { return root(larger(excess + square_, Nodes{})); }
+  Nodes distance(Nodes excess, Nodes from_axis) const { return excess / (from_axis + radius_); }
 
  private:
-  Wide radius_, diameter_, square_;
+  Nodes radius_, diameter_, square_;
 };
 
 void lower_to_thick(std::span<const LeafCapsule> capsules, float radius, LeafValues& values) {
   const Thick thick(radius);
   lower_to_capsules(
       capsules,
-      [&](Wide across, Wide aside, Wide over) { return thick.excess(across, aside, over); },
-      [&](Wide least) { return thick.distance(least, thick.from_axis(least)); }, values);
+      [&](Nodes across, Nodes aside, Nodes over) { return thick.excess(across, aside, over); },
+      [&](Nodes least) { return thick.distance(least, thick.from_axis(least)); }, values);
 }
 
 /// As for one point: behind the cap's plane; beyond it and beside the capsule, whose foot then lies
 /// behind the plane; beyond it before the disc.
 void lower_to_cut_capsules(std::span<const LeafCutCapsule> capsules, LeafValues& values) {
-  Wide* result = rows(values);
   for (const LeafCutCapsule& cut : capsules) {
     const Thick side(cut.radius), disc(cut.cap_radius);
-    const Wide length = wide(cut.length), slope = wide(cut.slope), from_a = wide(cut.cap_from_a);
+    const Nodes length = nodes(cut.length), slope = nodes(cut.slope),
+                from_a = nodes(cut.cap_from_a);
     Sweep across(cut.capsule.across), aside(cut.capsule.aside), past_b(cut.capsule.past_b);
     Overshoot over(cut.capsule.past_b, cut.capsule.before_a);
     Sweep beyond(cut.beyond), disc_across(cut.across), disc_aside(cut.aside);
     for_each_row(
         LeafRows{},
-        [&](int row, Wide a, Wide b, Wide past, Wide c, Wide z, Wide rim, Wide rim_aside) {
-          const Wide excess = side.excess(a, b, c), from_axis = side.from_axis(excess);
-          const Wide uncut = side.distance(excess, from_axis);
-          const Wide s = length + smaller(larger(past, -length), Wide{});
-          const Wide foot = z * from_axis - uncut * (z + from_a - s * slope);
-          const Wide rim_excess = disc.excess(rim, rim_aside, Wide{});
-          const Wide out = larger(disc.distance(rim_excess, disc.from_axis(rim_excess)), Wide{});
-          const Wide to_disc = root(out * out + z * z);
-          const Wide before_disc = foot <= Wide{} ? (uncut > Wide{} ? uncut : to_disc) : to_disc;
-          const Wide distance = z <= Wide{} ? larger(uncut, z) : before_disc;
-          result[row] = smaller(result[row], distance);
+        [&](Part part, Nodes a, Nodes b, Nodes past, Nodes c, Nodes z, Nodes rim, Nodes rim_aside) {
+          const Nodes excess = side.excess(a, b, c), from_axis = side.from_axis(excess);
+          const Nodes uncut = side.distance(excess, from_axis);
+          const Nodes s = length + smaller(larger(past, -length), Nodes{});
+          const Nodes foot = z * from_axis - uncut * (z + from_a - s * slope);
+          const Nodes rim_excess = disc.excess(rim, rim_aside, Nodes{});
+          const Nodes out = larger(disc.distance(rim_excess, disc.from_axis(rim_excess)), Nodes{});
+          const Nodes to_disc = root(out * out + z * z);
+          const Nodes before_disc = foot <= Nodes{} ? (uncut > Nodes{} ? uncut : to_disc) : to_disc;
+          const Nodes distance = z <= Nodes{} ? larger(uncut, z) : before_disc;
+          lower(values, part, distance);
         },
         across, aside, past_b, over, beyond, disc_across, disc_aside);
   }
 }
 
 void lower_to_struts(std::span<const LeafStrut> struts, LeafValues& values) {
-  Wide* result = rows(values);
   for (const LeafStrut& strut : struts) {
     Sweep sideways(strut.sideways), height(strut.height);
     Overshoot over(strut.past_b, strut.before_a);
     for_each_row(
         strut.reached,
-        [&](int row, Wide lateral, Wide high, Wide beyond) {
-          const Wide side = root(lateral * lateral + beyond * beyond) - wide(strut.half_width);
-          const Wide face = absolute(high) - wide(strut.half_thickness);
-          const Wide side_out = larger(side, Wide{}), face_out = larger(face, Wide{});
-          const Wide outside = root(side_out * side_out + face_out * face_out);
-          const Wide inside = smaller(larger(side, face), Wide{});
-          result[row] = smaller(result[row], outside + inside - wide(strut.edge_radius));
+        [&](Part part, Nodes lateral, Nodes high, Nodes beyond) {
+          const Nodes side = root(lateral * lateral + beyond * beyond) - nodes(strut.half_width);
+          const Nodes face = absolute(high) - nodes(strut.half_thickness);
+          const Nodes side_out = larger(side, Nodes{}), face_out = larger(face, Nodes{});
+          const Nodes outside = root(side_out * side_out + face_out * face_out);
+          const Nodes inside = smaller(larger(side, face), Nodes{});
+          lower(values, part, outside + inside - nodes(strut.edge_radius));
         },
         sideways, height, over);
   }
@@ -228,7 +240,7 @@ inline double cylinder(const LeafCone& cone, double px, double py, double pz) {
 }
 
 template <class Distance>
-inline void lower(LeafValues& values, double h, Distance&& distance) {
+inline void lower_each(LeafValues& values, double h, Distance&& distance) {
   for (int i = 0; i < kLeafSide; ++i) {
     for (int j = 0; j < kLeafSide; ++j) {
       float* row = values.at.data() + 64 * i + 8 * j;
@@ -243,12 +255,13 @@ inline void lower(LeafValues& values, double h, Distance&& distance) {
 void lower_to_cone(const LeafCone& cone, double h, LeafValues& values) {
   const double px = cone.from_a.x, py = cone.from_a.y, pz = cone.from_a.z;
   if (cone.flat) {
-    lower(values, h,
-          [&](double x, double y, double z) { return cylinder(cone, px + x, py + y, pz + z); });
+    lower_each(values, h, [&](double x, double y, double z) {
+      return cylinder(cone, px + x, py + y, pz + z);
+    });
     return;
   }
   if (cone.caps == 0) {
-    lower(values, h, [&](double x, double y, double z) {
+    lower_each(values, h, [&](double x, double y, double z) {
       return sample_cone(cone, px + x, py + y, pz + z).distance;
     });
     return;
@@ -261,46 +274,50 @@ void lower_to_cone(const LeafCone& cone, double h, LeafValues& values) {
                   cap.from_centre.y + y, cap.from_centre.z + z);
   };
   if (cone.caps == 1) {
-    lower(values, h, [&](double x, double y, double z) { return cut(cone.cap[0], x, y, z); });
+    lower_each(values, h, [&](double x, double y, double z) { return cut(cone.cap[0], x, y, z); });
     return;
   }
-  lower(values, h, [&](double x, double y, double z) {
+  lower_each(values, h, [&](double x, double y, double z) {
     const double start = cut(cone.cap[0], x, y, z), end = cut(cone.cap[1], x, y, z);
     return start > end ? start : end;
   });
 }
 
 void lower_to_larger(const LeafValues& uncut, const Affine& beyond, LeafValues& values) {
-  const Wide* distance = rows(uncut);
-  Wide* result = rows(values);
   Sweep plane(beyond);
   for_each_row(
-      LeafRows{},
-      [&](int row, Wide z) { result[row] = smaller(result[row], larger(distance[row], z)); },
+      LeafRows{}, [&](Part part, Nodes z) { lower(values, part, larger(load(uncut, part.n), z)); },
       plane);
 }
 
-inline int store_row(Wide distance, Wide limit, float* nodes) {
-  const Wide kept = smaller(larger(distance, -limit), limit);
-  __builtin_memcpy(nodes, &kept, sizeof kept);
+/// How many are within?
+inline int store(Nodes distance, Nodes limit, float* leaf, int n) {
+  store_rows(smaller(larger(distance, -limit), limit), leaf + first_node(n));
   return std::popcount(below(absolute(distance), limit));
 }
 
 int store(const LeafValues& values, float background, float* leaf) {
-  const Wide limit = wide(background);
-  const Wide* from = rows(values);
+  const Nodes limit = nodes(background);
   int active = 0;
-  for (int row = 0; row < kRows; ++row) active += store_row(from[row], limit, leaf + 8 * row);
+  for (int n = 0; n < kParts; ++n) active += store(load(values, n), limit, leaf, n);
   return active;
 }
 
 int store_thin(std::span<const LeafCapsule> capsules, float radius, float background, float* leaf) {
-  Wide least[kRows];
+  Nodes least[kParts];
   find_least(capsules, squared_norm, least);
-  const Wide limit = wide(background);
-  int active = 0;
-  for (int row = 0; row < kRows; ++row)
-    active += store_row(root(least[row]) - wide(radius), limit, leaf + 8 * row);
+  // Most are beyond the band, and need no root: the others are listed, which no branch could guess.
+  constexpr float kRoundedUp = 1 + 8 * std::numeric_limits<float>::epsilon();
+  const Nodes limit = nodes(background);
+  const Nodes beyond = nodes(kRoundedUp * (radius + background) * (radius + background));
+  int others[kParts], count = 0, active = 0;
+  for (int n = 0; n < kParts; ++n) {
+    store_rows(limit, leaf + first_node(n));
+    others[count] = n;
+    count += below(least[n], beyond) != 0;
+  }
+  for (int m = 0; m < count; ++m)
+    active += store(root(least[others[m]]) - nodes(radius), limit, leaf, others[m]);
   return active;
 }
 

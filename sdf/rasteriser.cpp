@@ -60,6 +60,8 @@ Rasteriser::Shape Rasteriser::shape_of(int piece) const {
   const auto end_row = [&](double p, double q) {
     return (std::max(p, q) + margin) / voxel_size_ + 1;
   };
+  const bool is_plain =
+      pieces_.is_convex(piece) && !pieces_.is_strut(piece) && pieces_.segment(piece).sine == 0;
   return {.a = a,
           .b = b,
           .axis = axis,
@@ -75,8 +77,8 @@ Rasteriser::Shape Rasteriser::shape_of(int piece) const {
                    .aside = slopes(aside),
                    .past_b = slopes(along),
                    .reached = {}},
-          .is_plain = pieces_.is_convex(piece) && !pieces_.is_strut(piece) &&
-                      pieces_.segment(piece).sine == 0};
+          .is_plain = is_plain,
+          .is_thin = is_plain && !(is_thick(pieces_.outer_radius(piece)) && !axis.isZero())};
 }
 
 void Rasteriser::prepare_shapes(const Solid& solid) {

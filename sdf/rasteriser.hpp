@@ -40,9 +40,12 @@ class Rasteriser {
     std::array<double, 2> first_row, end_row;   // its band's, of a leaf whose middle is at 0
     LeafCapsule thin;                           // its slopes
     bool is_plain = false;                      // an uncut capsule
+    bool is_thin = false;                       // and not thick
     bool continues = false, continued = false;  // see BlockRasteriser::yields
   };
 
+  /// Of which single precision needs help: see LeafCapsule.
+  bool is_thick(double radius) const { return radius >= 16 * voxel_size_ && radius >= 2 * band_; }
   Shape shape_of(int piece) const;
   void prepare_shapes(const Solid& solid);
   void bin_to_blocks();

@@ -87,6 +87,7 @@ TEST(Layers, KeepTheWallAndStayInTheCapsPlane) {
   for (Vec3& p : tube.points) p.z() += 0.5 * p.x();  // cut obliquely
   const Model model = capped(tube);
   const Layers layers = grow_layers(model, {4, 0.5, 1.2}, LengthUnit::mm);
+  EXPECT_EQ(layers.thinned, 0u);
   const Model& grown = layers.model;
   // Walls: the same triangles, the same coordinates.
   const std::vector<Triangle> before = triangles_of(model, 1), after = triangles_of(grown, 1);

@@ -15,11 +15,17 @@ namespace {
 
 constexpr double kStep = 0.05;  // mm between nodes
 
-class LeafKernelsOf : public testing::Test {
+struct InstructionSet {
+  const char* name;
+  const LeafKernels* (*kernels)();
+};
+
+class LeafKernelsOf : public testing::TestWithParam<InstructionSet> {
  protected:
   void SetUp() override {
-    if (!avx2_leaf_kernels()) GTEST_SKIP() << "no AVX2 here";
+    if (!GetParam().kernels()) GTEST_SKIP() << "no " << GetParam().name << " here";
   }
+  const LeafKernels& wide_kernels() { return *GetParam().kernels(); }
 
   float number(double from, double to) { return static_cast<float>(random_(from, to)); }
   Affine affine() {
@@ -53,11 +59,11 @@ class LeafKernelsOf : public testing::Test {
     LeafValues wide, narrow;
     for (float& value : wide.at) value = number(-0.3, 0.6);
     narrow = wide;
-    lower(*avx2_leaf_kernels(), wide);
+    lower(wide_kernels(), wide);
     lower(baseline_leaf_kernels(), narrow);
     EXPECT_EQ(std::memcmp(&wide, &narrow, sizeof wide), 0);
     LeafValues stored, stored_narrow;
-    const int active = avx2_leaf_kernels()->store(wide, 0.15f, stored.at.data());
+    const int active = wide_kernels().store(wide, 0.15f, stored.at.data());
     EXPECT_EQ(active, baseline_leaf_kernels().store(narrow, 0.15f, stored_narrow.at.data()));
     EXPECT_EQ(std::memcmp(&stored, &stored_narrow, sizeof stored), 0);
     EXPECT_EQ(active, std::count_if(narrow.at.begin(), narrow.at.end(),
@@ -69,7 +75,7 @@ class LeafKernelsOf : public testing::Test {
   tests::Random random_{71};
 };
 
-TEST_F(LeafKernelsOf, BothInstructionSetsGiveTheSameBits) {
+TEST_P(LeafKernelsOf, GiveTheBitsOfTheBaseline) {
   for (int round = 0; round < 50; ++round) {
     const std::vector<LeafCapsule> thin{capsule(some_rows()), capsule({}), capsule(some_rows())};
     const std::vector<LeafCapsule> thick{capsule({}), capsule({})};
@@ -96,8 +102,8 @@ TEST_F(LeafKernelsOf, BothInstructionSetsGiveTheSameBits) {
     expect_same_bits([&](const auto& k, auto& v) { k.lower_to_thin(thin, 0.1f, v); });
     LeafValues stored, lowered;
     lowered.at.fill(std::numeric_limits<float>::infinity());
-    avx2_leaf_kernels()->lower_to_thin(thin, 0.1f, lowered);
-    const int active = avx2_leaf_kernels()->store(lowered, 0.15f, stored.at.data());
+    wide_kernels().lower_to_thin(thin, 0.1f, lowered);
+    const int active = wide_kernels().store(lowered, 0.15f, stored.at.data());
     expect_same_bits([&](const auto& k, auto& v) {
       EXPECT_EQ(k.store_thin(thin, 0.1f, 0.15f, v.at.data()), active);
       EXPECT_EQ(std::memcmp(&v, &stored, sizeof v), 0);
@@ -122,7 +128,72 @@ TEST_F(LeafKernelsOf, BothInstructionSetsGiveTheSameBits) {
   }
 }
 
-TEST_F(LeafKernelsOf, BothInstructionSetsLocateTheSameNodes) {
+TEST_P(LeafKernelsOf, FindNearLeavesWithTheBitsOfTheBaseline) {
+  // By definition: a leaf is near where one of its nodes is, and is not where its middle is farther
+  // off than the farthest node could make up for.
+  constexpr double kHalf = 3.5 * kStep;
+  LeafMiddles middles;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t n = 0; n < 4; ++n)
+      middles[axis][n] = kStep * (8 * static_cast<double>(n + 4 * axis) + 3.5);
+  }
+  int near = 0, far = 0, left_out = 0;
+  for (int round = 0; round < 120; ++round) {
+    const Vec3 axis = random_.direction();
+    const Vec3 a(random_(-0.3, 1.9), random_(1.3, 3.5), random_(2.9, 5.1));
+    const BlockCapsule capsule{.a = {a.x(), a.y(), a.z()},
+                               .axis = {axis.x(), axis.y(), axis.z()},
+                               .length = round % 10 == 0 ? 0 : random_(0.1, 2),
+                               .thickness = random_(0.1, 0.4),
+                               .half = kHalf,
+                               .reach = kHalf * axis.cwiseAbs().sum(),
+                               .last_along = random_(0.1, 2),
+                               .first = {round % 3 == 0 ? 1 : 0, 0},
+                               .last = {3, round % 4 == 0 ? 2 : 3}};
+    NearLeaves wide, narrow;
+    const std::uint64_t which = wide_kernels().find_near(capsule, middles, wide);
+    ASSERT_EQ(baseline_leaf_kernels().find_near(capsule, middles, narrow), which);
+    for (std::size_t n = 0; n < 64; ++n) {
+      const std::array<int, 2> at{static_cast<int>(n >> 4), static_cast<int>(n >> 2 & 3)};
+      const bool is_near = which >> n & 1;
+      if (at[0] < capsule.first[0] || at[1] > capsule.last[1]) {
+        ASSERT_FALSE(is_near);
+        continue;
+      }
+      const Vec3 middle(middles[0][n >> 4], middles[1][n >> 2 & 3], middles[2][n & 3]);
+      const auto away_of = [&](const Vec3& x) -> Vec3 {
+        return x - a - std::clamp((x - a).dot(axis), 0.0, capsule.length) * axis;
+      };
+      if ((middle - a).dot(axis) - capsule.reach >= capsule.last_along) {
+        ASSERT_FALSE(is_near);
+        ++left_out;
+        continue;
+      }
+      if (is_near) {
+        ++near;
+        ASSERT_LE(away_of(middle).norm(), capsule.thickness + std::sqrt(3.0) * kHalf + 1e-12);
+        ASSERT_NEAR(wide.along[n], (middle - a).dot(axis), 1e-13);
+        ASSERT_LT((Vec3(wide.x[n], wide.y[n], wide.z[n]) - away_of(middle)).norm(), 1e-13);
+        ASSERT_NEAR(wide.squared[n], away_of(middle).squaredNorm(), 1e-12);
+        for (const auto& numbers : {&NearLeaves::along, &NearLeaves::x, &NearLeaves::y,
+                                    &NearLeaves::z, &NearLeaves::squared})
+          ASSERT_EQ((wide.*numbers)[n], (narrow.*numbers)[n]);
+        continue;
+      }
+      ++far;
+      for (int node = 0; node < kLeafNodes; ++node) {
+        const Vec3 from_middle(node >> 6, node >> 3 & 7, node & 7);
+        ASSERT_GT(away_of(middle + kStep * from_middle - Vec3::Constant(kHalf)).norm(),
+                  capsule.thickness - 1e-12);
+      }
+    }
+  }
+  EXPECT_GT(near, 200);
+  EXPECT_GT(far, 200);
+  EXPECT_GT(left_out, 100);
+}
+
+TEST_P(LeafKernelsOf, LocateTheNodesOfTheBaseline) {
   // By definition: the node before the one that comes before a point along each axis.
   constexpr double kPerMm = 12.5;
   const LeafLattice lattice{{0.3, -700, 0}, kPerMm};
@@ -131,7 +202,7 @@ TEST_F(LeafKernelsOf, BothInstructionSetsLocateTheSameNodes) {
     for (std::size_t n = 0; n < 3 * points; ++n) coordinates.push_back(random_(-900, 900));
     coordinates[points] = lattice.origin[points % 3] + 7 / kPerMm;
     LeafPlaces wide, narrow;
-    avx2_leaf_kernels()->locate(coordinates, lattice, wide);
+    wide_kernels().locate(coordinates, lattice, wide);
     baseline_leaf_kernels().locate(coordinates, lattice, narrow);
     for (std::size_t n = 0; n < coordinates.size(); ++n) {
       const double index = (coordinates[n] - lattice.origin[n % 3]) * kPerMm;
@@ -147,11 +218,11 @@ TEST_F(LeafKernelsOf, BothInstructionSetsLocateTheSameNodes) {
   }
 }
 
-TEST_F(LeafKernelsOf, BothInstructionSetsPutWhatIsBeyondAllNodesThere) {
+TEST_P(LeafKernelsOf, PutWhatIsBeyondAllNodesThere) {
   constexpr double kBeyond = std::numeric_limits<double>::infinity();
   const std::vector<double> coordinates{kBeyond, -kBeyond, std::nan(""), 1e11, -1e11, 0};
   const int far = static_cast<int>(kFarthestNode / 32);
-  for (const LeafKernels* kernels : {avx2_leaf_kernels(), &baseline_leaf_kernels()}) {
+  for (const LeafKernels* kernels : {&wide_kernels(), &baseline_leaf_kernels()}) {
     LeafPlaces places;
     kernels->locate(coordinates, {{0, 0, 0}, 1}, places);
     const std::vector<int> blocks(places.block.begin(), places.block.begin() + 6);
@@ -159,7 +230,7 @@ TEST_F(LeafKernelsOf, BothInstructionSetsPutWhatIsBeyondAllNodesThere) {
   }
 }
 
-TEST_F(LeafKernelsOf, BothInstructionSetsSampleTheSameBits) {
+TEST_P(LeafKernelsOf, SampleTheBitsOfTheBaseline) {
   // Eight leaves around a corner, some values of which lie beyond the band.
   std::array<LeafValues, 8> leaves;
   std::array<const float*, 32> pointers{};
@@ -176,7 +247,7 @@ TEST_F(LeafKernelsOf, BothInstructionSetsSampleTheSameBits) {
     for (float& fraction : places.fraction) fraction = number(0, 1);
     const LeafRange range{.inside = -1, .outside = 1, .innermost = -0.9f, .outermost = 0.9f};
     std::array<std::array<double, 4>, kPlaces> wide, narrow;
-    avx2_leaf_kernels()->sample(places, range, wide);
+    wide_kernels().sample(places, range, wide);
     baseline_leaf_kernels().sample(places, range, narrow);
     ASSERT_EQ(std::memcmp(&wide, &narrow, sizeof wide), 0);
     for (const auto& [value, x, y, z] : wide) (Vec3(x, y, z).isZero() ? beyond : within) += 1;
@@ -184,6 +255,11 @@ TEST_F(LeafKernelsOf, BothInstructionSetsSampleTheSameBits) {
   EXPECT_GT(beyond, 100);
   EXPECT_GT(within, 100);
 }
+
+INSTANTIATE_TEST_SUITE_P(WideRegisters, LeafKernelsOf,
+                         testing::Values(InstructionSet{"AVX2", avx2_leaf_kernels},
+                                         InstructionSet{"AVX512", avx512_leaf_kernels}),
+                         [](const auto& set) { return set.param.name; });
 
 }  // namespace
 }  // namespace vstent::sdf

@@ -1,0 +1,20 @@
+#include "sdf/block_kernel_body.hpp"
+#include "sdf/leaf_kernels_body.hpp"
+#include "sdf/sample_kernel_body.hpp"
+
+namespace vstent::sdf {
+namespace {
+
+constexpr LeafKernels kTable{lower_to_thin, lower_to_thick,  lower_to_struts, lower_to_cut_capsules,
+                             lower_to_cone, lower_to_larger, store,           store_thin,
+                             find_near,     locate,          sample};
+
+}  // namespace
+
+const LeafKernels* avx512_leaf_kernels() {
+  const bool runs = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+                    __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+  return runs ? &kTable : nullptr;
+}
+
+}  // namespace vstent::sdf
