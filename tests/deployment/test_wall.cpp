@@ -109,9 +109,10 @@ Case vein_case(const std::filesystem::path& surface, const json& wall) {
 TEST(WallMaterial, IsThatOfTheVesselFileVertexByVertex) {
   const auto surface = tests::shared_data("veingraft_stenosis/svFSI_var_wall_props.vtp");
   SKIP_WITHOUT(surface);
-  const Setup setup = prepare(vein_case(surface, {{"thickness_array", "Thickness"},
-                                                  {"modulus_array", "Elasticity_modulus"},
-                                                  {"modulus_unit", "dyn/cm2"}}));
+  const deployment::Setup setup =
+      prepare(vein_case(surface, {{"thickness_array", "Thickness"},
+                                  {"modulus_array", "Elasticity_modulus"},
+                                  {"modulus_unit", "dyn/cm2"}}));
   const vessels::Fields fields = vessels::vertex_fields(setup.surface);
   ASSERT_EQ(setup.material.thickness.size(), setup.region.vertices.size());
   double thinnest = 1e9, thickest = 0;
