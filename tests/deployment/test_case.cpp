@@ -69,7 +69,7 @@ TEST(CaseFile, WallsByVesselAndByVertexSurviveWriting) {
                            {"tissue_support_MPa_per_mm", 0.02}};
   const Case c = parse_case(specification, "case.json", "/data");
   EXPECT_EQ(c.wall_preset, "coronary");
-  EXPECT_EQ(to_json(c)["wall"], specification["wall"]);
+  EXPECT_EQ(json::parse(to_json(c)["wall"].dump()), specification["wall"]);
 
   specification["wall"].erase("modulus_unit");
   EXPECT_NE(refusal(specification).find("/wall/modulus_unit: is missing"), std::string::npos);

@@ -155,7 +155,8 @@ TEST(SurfaceDeployment, ADesignsOwnSurfaceGivesTheWallThatTheDesignGives) {
        {{"at", {0, 0, 2.5}}, {"design", "cypher"}, {"length", "1mm"}, {"diameter", "3mm"}}},
       {"patch", {{"edge_length", "0.15mm"}, {"margin", "1.2mm"}}},
       {"level_set", {{"voxel_size", "0.03mm"}}},
-      {"solver", {{"growth_per_step", "0.03mm"}}}};
+      // Tissue sags slowly at the end: settled to 0.01, walls that came from elsewhere differ more.
+      {"solver", {{"growth_per_step", "0.03mm"}, {"tolerance", 0.003}}}};
   const tests::WholeRun by_parameters = tests::run(folder, parse_case(specification, "test", "/"));
   specification["stent"].erase("length");
   specification["stent"]["design"] = (folder / "stent.stl").string();
