@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 struct Arguments {
   std::string input, units, centerline, out;
   ConditionOptions conditions;
-  bool list_faces = false, pictures = true;
+  bool list_faces = false, picture = false;
   ThreadLimit threads;
 };
 
@@ -60,7 +60,7 @@ void run(const Arguments& a) {
   progress.show("cutting sections and solving ...");
   flow::Study study = flow::study(input.question(), conditions);
   study.notes.insert(study.notes.begin(), input.notes.begin(), input.notes.end());
-  write_flow(study, conditions, input.before.unit, folder.stage(), a.pictures);
+  write_flow(study, conditions, input.before.unit, folder.stage(), a.picture);
   if (interrupted()) throw Error(ExitCode::interrupted, "stopped on request");
   folder.publish();
   progress.clear();
@@ -83,7 +83,8 @@ void add_flow(CLI::App& app) {
                       "Folder for the results; default: flow in the result folder, or vstent-flow");
   command->add_flag("--list-faces", a->list_faces,
                     "Only list the ends of the vessel with the names that faces have by default");
-  command->add_flag("!--no-pictures", a->pictures, "Do not draw flow.png (flow.svg is written)");
+  command->add_flag("--picture", a->picture,
+                    "Draw flow.svg as flow.png too, which takes longer than all the rest");
   a->threads.add_option(*command);
   command->footer(
       "Examples:\n"
@@ -92,7 +93,7 @@ void add_flow(CLI::App& app) {
       "  vstent flow graft.vtp --units cm --inflow inflow.flow --inflow-units mL/s\n"
       "  vstent flow OUT --list-faces\n"
       "Steady for a constant inflow, otherwise the beat that repeats itself. The result folder "
-      "holds flow.json, flow.svg, flow.png, flow.vtp (the centerline with pressures) and\n"
+      "holds flow.json, flow.svg, flow.vtp (the centerline with pressures) and\n"
       "svzerod_before.json, svzerod_after.json for svZeroDSolver. Equations: docs/flow.md.");
   command->callback([a] { run(*a); });
 }

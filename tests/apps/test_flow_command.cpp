@@ -51,7 +51,7 @@ TEST(FlowCommand, ComparesBeforeAndAfter) {
   write_vessel(folder);
   const auto deployed = vstent(folder, "deploy case.json --no-pictures --no-report -o out");
   ASSERT_EQ(deployed.exit_code, 0) << deployed.err;
-  const auto result = vstent(folder, "flow out --case bc.json --no-pictures");
+  const auto result = vstent(folder, "flow out --case bc.json");
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_NE(result.out.find("uncertainty"), std::string::npos);
   EXPECT_NE(result.out.find("not for clinical use"), std::string::npos);
@@ -70,7 +70,7 @@ TEST(FlowCommand, ComparesBeforeAndAfter) {
       vessels::read_polylines(folder / "out/flow/flow.vtp", vessels::LengthUnit::mm).lines.size(),
       1u);
   // The whole of a folder: the same bytes again, by any number of threads.
-  const auto again = vstent(folder, "flow out --case bc.json --no-pictures --threads 1 -o again");
+  const auto again = vstent(folder, "flow out --case bc.json --picture --threads 1 -o again");
   ASSERT_EQ(again.exit_code, 0) << again.err;
   for (const char* name : {"flow.json", "flow.svg", "svzerod_after.json"})
     EXPECT_EQ(read_text(folder / "again" / name), read_text(folder / "out/flow" / name)) << name;
@@ -79,8 +79,7 @@ TEST(FlowCommand, ComparesBeforeAndAfter) {
 TEST(FlowCommand, TakesASurfaceAlone) {
   const TemporaryFolder folder;
   write_vessel(folder);
-  const auto result =
-      vstent(folder, "flow vessel.vtp --units mm --inflow \"3.6 L/min\" --no-pictures -o flow");
+  const auto result = vstent(folder, "flow vessel.vtp --units mm --inflow \"3.6 L/min\" -o flow");
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const json flow = json::parse(read_text(folder / "flow/flow.json"));
   EXPECT_TRUE(flow["before"].is_null());
