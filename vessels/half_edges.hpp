@@ -1,6 +1,8 @@
 // The directed edges of a triangle mesh, sorted so that the triangles of one edge stand together.
 #pragma once
 
+#include <tbb/parallel_sort.h>
+
 #include <algorithm>
 #include <tuple>
 #include <vector>
@@ -25,7 +27,8 @@ inline std::vector<HalfEdge> sorted_half_edges(const TriangleMesh& mesh) {
       edges.push_back({std::min(a, b), std::max(a, b), static_cast<int>(t), a < b});
     }
   }
-  std::sort(edges.begin(), edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
+  // Entries that compare equal are equal: any order of sorting gives the same.
+  tbb::parallel_sort(edges.begin(), edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
     return std::tie(a.low, a.high, a.triangle, a.ascending) <
            std::tie(b.low, b.high, b.triangle, b.ascending);
   });

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "vessels/check.hpp"
+#include "vessels/half_edges.hpp"
 
 namespace vstent::vessels {
 namespace {
@@ -36,34 +37,13 @@ struct SharedEdge {
 
 /// Edges between exactly two triangles, sorted.
 std::vector<SharedEdge> shared_edges(const TriangleMesh& mesh) {
-  struct HalfEdge {
-    int a, b, triangle;
-  };
-  std::vector<HalfEdge> half_edges;
-  half_edges.reserve(3 * mesh.triangles.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const int a = mesh.triangles[t][k];
-      const int b = mesh.triangles[t][(k + 1) % 3];
-      half_edges.push_back({std::min(a, b), std::max(a, b), static_cast<int>(t)});
-    }
-  }
-  std::sort(half_edges.begin(), half_edges.end(), [](const HalfEdge& x, const HalfEdge& y) {
-    return std::tie(x.a, x.b, x.triangle) < std::tie(y.a, y.b, y.triangle);
-  });
   std::vector<SharedEdge> edges;
-  for (std::size_t i = 0; i < half_edges.size();) {
-    std::size_t j = i;
-    while (j < half_edges.size() && half_edges[j].a == half_edges[i].a &&
-           half_edges[j].b == half_edges[i].b) {
-      ++j;
-    }
-    if (j - i == 2) {
-      edges.push_back(
-          {half_edges[i].a, half_edges[i].b, half_edges[i].triangle, half_edges[i + 1].triangle});
-    }
-    i = j;
-  }
+  const std::vector<HalfEdge> half_edges = sorted_half_edges(mesh);
+  for_each_edge(half_edges, [&](std::size_t begin, std::size_t end) {
+    const HalfEdge& first = half_edges[begin];
+    if (end - begin == 2)
+      edges.push_back({first.low, first.high, first.triangle, half_edges[begin + 1].triangle});
+  });
   return edges;
 }
 
