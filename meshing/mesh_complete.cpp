@@ -97,7 +97,9 @@ void require_writable_faces(const Model& model) {
       throw Error(ExitCode::geometry, "two faces have the id " + std::to_string(face.id));
     if (std::find(model.face_of_triangle.begin(), model.face_of_triangle.end(), face.id) ==
         model.face_of_triangle.end())
-      throw Error(ExitCode::geometry, "face " + face.name + " has no triangles");
+      throw Error(ExitCode::geometry, "face " + face.name +
+                                          " has no triangles: no part of the surface belongs to "
+                                          "it; leave its file or name out of the faces given");
   }
   for (const int id : model.face_of_triangle) {
     if (!ids.contains(id))

@@ -181,7 +181,8 @@ TEST(MeshComplete, FacesThatSolversCannotReadAreRefused) {
   EXPECT_EQ(refusal([](Model& m) {
               m.faces.push_back({9, "ghost", true});
             }),
-            "face ghost has no triangles");
+            "face ghost has no triangles: no part of the surface belongs to it; leave its file or "
+            "name out of the faces given");
   EXPECT_NE(refusal([](Model& m) { m.faces.pop_back(); }).find("face id 3"), std::string::npos);
 }
 
