@@ -279,7 +279,9 @@ class Run {
               << " tetrahedra have a dihedral angle below 10 deg, the worst "
               << vessels::number(q.smallest_dihedral) << " deg at "
               << vessels::place(middle, input_.unit)
-              << "; its surface is too uneven there: --remesh all\n";
+              << (report_.contains("remesh") && report_["remesh"]["region"] == "all"
+                      ? "; a shorter --edge, or thinner layers, leave more room there\n"
+                      : "; its surface is too uneven there: --remesh all\n");
   }
 
   void note_mesher(const meshing::Volume& volume) {

@@ -133,8 +133,10 @@ void add_deploy(CLI::App& app) {
                       "Centerline file (VMTK, SimVascular, polyline); default: extracted");
   command->add_option("--shape", a->shape,
                       "tube (default), capsule (round ends), paper (union of cylinders)");
-  command->add_option("--wall", a->wall,
-                      "elastic (default) or paper (its constants per edge and hinge)");
+  command->add_option(
+      "--wall", a->wall,
+      "elastic (default); aorta, pulmonary, coronary, carotid, iliofemoral; or paper "
+      "(its constants per edge and hinge)");
   command
       ->add_option("--save-steps", a->save_steps, "Save every N-th step for ParaView (steps.pvd)")
       ->check(CLI::NonNegativeNumber);

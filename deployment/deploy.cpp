@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "deployment/stent_contact.hpp"
 #include "deployment/wall_levels.hpp"
@@ -17,8 +18,9 @@ constexpr xpbd::UniformStiffness kPaperWall{0.1, 0.1};
 constexpr double kSinkTolerance = 0.2;
 // While settling the wall moves so little that contacts found once serve several iterations.
 constexpr int kSettlingIterations = 10;
-// And no more of them on a wall that a finer one takes over from, balanced or not.
-constexpr int kCoarseRounds = 60;
+// Rounds of them without a tenth less of the residual: the search has come to its end, balanced or
+// not. On a coarse wall the next one goes on from there; on the patch the run has failed.
+constexpr int kStalledRounds = 50;
 // Force balance that is good enough for a shape that a finer wall, or a stent of struts, takes
 // over.
 constexpr double kRough = 0.02;
@@ -149,10 +151,10 @@ class Run {
   void settle_on_surface(double tolerance, double edge_radius = 0) {
     const Wall& wall = walls_[level_];
     xpbd::Equilibrium equilibrium(wall.sheet, places_, stent_.exact_surface(edge_radius));
-    const bool coarse = level_ + 1 < walls_.size();
     outcome_.converged = false;
-    for (int round = 0; !outcome_.converged && may_go_on(); ++round) {
-      if (coarse && round == kCoarseRounds) break;
+    double least = std::numeric_limits<double>::infinity();
+    for (int stalled = 0; !outcome_.converged && may_go_on() && stalled < kStalledRounds;
+         ++stalled) {
       StepRecord record;
       record.settling = true;
       for (int i = 0; i < kSettlingIterations && !outcome_.converged; ++i) {
@@ -162,6 +164,10 @@ class Run {
       }
       places_.assign(equilibrium.positions().begin(), equilibrium.positions().end());
       note(record, equilibrium.balance());
+      if (equilibrium.balance().relative < 0.9 * least) {
+        least = equilibrium.balance().relative;
+        stalled = -1;
+      }
     }
   }
 
