@@ -1,11 +1,11 @@
 #include "deployment/case.hpp"
 
 #include <algorithm>
-#include <charconv>
 
 #include "deployment/wall_material.hpp"
 #include "vessels/error.hpp"
 #include "vessels/json_object.hpp"
+#include "vessels/text.hpp"
 
 namespace vstent::deployment {
 namespace {
@@ -181,10 +181,7 @@ void parse_numerics(vessels::ObjectReader& root, Case& result) {
 
 }  // namespace
 
-std::string length_text(double millimetres) {
-  char text[40];
-  return std::string(text, std::to_chars(text, text + sizeof text, millimetres).ptr) + "mm";
-}
+std::string length_text(double millimetres) { return vessels::exact(millimetres) + "mm"; }
 
 Case parse_case(const json& specification, const std::string& source,
                 const std::filesystem::path& relative_to) {

@@ -1,7 +1,6 @@
 #include "deployment/results.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -11,15 +10,13 @@
 #include "stents/pattern_metrics.hpp"
 #include "vessels/error.hpp"
 #include "vessels/file_guard.hpp"
+#include "vessels/text.hpp"
 
 namespace vstent::deployment {
 namespace fs = std::filesystem;
 namespace {
 
-std::string text(double value) {
-  char buffer[40];
-  return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr};
-}
+using vessels::exact;
 
 std::string history_csv(const std::vector<StepRecord>& history) {
   std::ostringstream csv;
@@ -27,10 +24,10 @@ std::string history_csv(const std::vector<StepRecord>& history) {
          "residual,contact_force_N,"
          "energy_N_mm,deepest_in_struts_mm,vertices\n";
   for (const StepRecord& r : history) {
-    csv << r.step << ',' << r.settling << ',' << text(r.expansion) << ',' << text(r.radius) << ','
-        << text(r.straightening) << ',' << r.contacts << ',' << text(r.largest_move) << ','
-        << text(r.residual) << ',' << text(r.contact_force) << ',' << text(r.energy) << ','
-        << text(r.deepest) << ',' << r.vertices << '\n';
+    csv << r.step << ',' << r.settling << ',' << exact(r.expansion) << ',' << exact(r.radius) << ','
+        << exact(r.straightening) << ',' << r.contacts << ',' << exact(r.largest_move) << ','
+        << exact(r.residual) << ',' << exact(r.contact_force) << ',' << exact(r.energy) << ','
+        << exact(r.deepest) << ',' << r.vertices << '\n';
   }
   return csv.str();
 }

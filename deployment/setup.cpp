@@ -21,9 +21,8 @@ namespace vstent::deployment {
 namespace {
 
 using vessels::CenterlinePath;
+using vessels::mm;
 using vessels::number;
-
-std::string mm(double value) { return number(value) + " mm"; }
 
 [[noreturn]] void infeasible(const Case& c, const std::string& what) {
   throw Error(ExitCode::geometry, c.surface.string() + ": " + what);

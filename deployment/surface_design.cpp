@@ -18,9 +18,8 @@
 namespace vstent::deployment {
 namespace {
 
+using vessels::mm;
 using vessels::number;
-
-std::string mm(double value) { return number(value) + " mm"; }
 
 /// What a design file says about its surface.
 struct Description {

@@ -190,10 +190,7 @@ WaveformFile read_waveform(const std::filesystem::path& path, const std::string&
 std::string simvascular_flow(const Waveform& inflow) {
   std::ostringstream text;
   const auto row = [&](double time, double value) {
-    char buffer[40];
-    text << std::string(buffer, std::to_chars(buffer, buffer + sizeof buffer, time).ptr) << ' ';
-    text << std::string(buffer, std::to_chars(buffer, buffer + sizeof buffer, -value + 0.0).ptr)
-         << '\n';
+    text << vessels::exact(time) << ' ' << vessels::exact(-value + 0.0) << '\n';
   };
   for (std::size_t i = 0; i < inflow.time.size(); ++i) row(inflow.time[i], inflow.value[i]);
   if (inflow.constant()) row(1, inflow.value.front());

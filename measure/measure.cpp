@@ -18,9 +18,8 @@ namespace vstent::measure {
 namespace {
 
 using vessels::CenterlinePath;
+using vessels::mm;
 using vessels::number;
-
-std::string mm(double value) { return number(value) + " mm"; }
 
 Box bounds(const std::vector<Vec3>& points) {
   Box box;

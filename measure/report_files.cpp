@@ -1,24 +1,20 @@
 #include "measure/report_files.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cstdio>
 #include <map>
 #include <sstream>
 
 #include "measure/rows.hpp"
 #include "vessels/polylines.hpp"
+#include "vessels/text.hpp"
 
 namespace vstent::measure {
 namespace {
 
 using nlohmann::ordered_json;
+using vessels::exact;
 using vessels::Section;
-
-std::string text(double value) {
-  char buffer[40];
-  return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr};
-}
 
 ordered_json section_json(const std::optional<Section>& section) {
   if (!section) return nullptr;
@@ -126,7 +122,7 @@ std::string profiles_csv(const Metrics& m) {
   }
   csv << ",target_diameter_mm,curvature_before_per_mm,curvature_after_per_mm,flags\n";
   for (const Station& s : m.stations) {
-    csv << text(s.arc_length);
+    csv << exact(s.arc_length);
     for (const std::optional<Section>* section : {&s.before, &s.after}) {
       if (!*section) {
         csv << ",,,,";
@@ -134,10 +130,10 @@ std::string profiles_csv(const Metrics& m) {
       }
       const Section& x = **section;
       for (const double v : {x.area, x.equivalent_diameter, x.min_diameter, x.max_diameter})
-        csv << ',' << text(v);
+        csv << ',' << exact(v);
     }
-    csv << ',' << (s.target > 0 ? text(s.target) : std::string()) << ',' << text(s.curvature_before)
-        << ',' << text(s.curvature_after) << ',';
+    csv << ',' << (s.target > 0 ? exact(s.target) : std::string()) << ','
+        << exact(s.curvature_before) << ',' << exact(s.curvature_after) << ',';
     const char* between = "";
     const auto flag = [&](bool is_set, const char* name) {
       if (!is_set) return;

@@ -1,7 +1,6 @@
 #include "meshing/solver_xml.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <complex>
 #include <nlohmann/json.hpp>
@@ -15,16 +14,11 @@ namespace vstent::meshing {
 namespace {
 
 using nlohmann::ordered_json;
+using vessels::exact;
 
 constexpr int kMostModes = 64;
 constexpr double kDeviation = 0.01;
 constexpr const char* kCoupling = "svzerod_3Dcoupling.json";
-
-std::string exact(double value) {
-  char text[40];
-  const auto end = std::to_chars(text, text + sizeof text, value).ptr;
-  return {text, end};
-}
 
 /// Elements in elements.
 class Xml {

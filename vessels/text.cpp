@@ -1,5 +1,6 @@
 #include "vessels/text.hpp"
 
+#include <charconv>
 #include <cstdio>
 
 namespace vstent::vessels {
@@ -12,6 +13,13 @@ std::string number(double value) {
     if (c == ',') c = '.';  // the decimal point does not depend on the locale
   }
   return buffer;
+}
+
+std::string mm(double value) { return number(value) + " mm"; }
+
+std::string exact(double value) {
+  char buffer[40];
+  return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr};
 }
 
 std::string place(const Vec3& point) {
