@@ -37,4 +37,10 @@ struct Tally {
   double carried = 0;          ///< number of constraints
 };
 
+inline void add(const Tally& part, Tally& total) {
+  total.energy += part.energy;
+  total.carried_squares += part.carried_squares;
+  total.carried += part.carried;
+}
+
 }  // namespace vstent::xpbd

@@ -89,9 +89,55 @@ CoarseSpace::Matrix6& CoarseSpace::block(int a, int b) {
   return blocks_[static_cast<std::size_t>(std::lower_bound(begin, end, b) - neighbours_.begin())];
 }
 
+/// Neighbourhoods that links join become neighbours.
+void CoarseSpace::make_room(std::span<const Link> links) {
+  std::vector<std::pair<int, int>> missing;
+  for (const Link& link : links)
+    for (std::size_t k = 0; k < 4; ++k)
+      for (std::size_t l = 0; l < 4; ++l) {
+        const int a = home_[at(link.particles[k])], b = home_[at(link.particles[l])];
+        if (b < 0 || a <= b) continue;
+        const auto begin = neighbours_.begin() + first_neighbour_[at(a)];
+        const auto end = neighbours_.begin() + first_neighbour_[at(a) + 1];
+        if (!std::binary_search(begin, end, b)) missing.emplace_back(a, b);
+      }
+  if (missing.empty()) return;
+  for (int a = 0; a < neighbourhoods(); ++a)
+    for (int n = first_neighbour_[at(a)]; n < first_neighbour_[at(a) + 1]; ++n)
+      missing.emplace_back(a, neighbours_[at(n)]);
+  std::sort(missing.begin(), missing.end());
+  missing.erase(std::unique(missing.begin(), missing.end()), missing.end());
+  neighbours_.clear();
+  first_neighbour_.assign(centres_.size() + 1, 0);
+  for (const auto& [a, b] : missing) {
+    neighbours_.push_back(b);
+    ++first_neighbour_[at(a) + 1];
+  }
+  for (std::size_t a = 0; a < centres_.size(); ++a) first_neighbour_[a + 1] += first_neighbour_[a];
+  blocks_.resize(neighbours_.size());
+  analysed_ = false;
+}
+
+void CoarseSpace::add(std::span<const Link> links) {
+  using Vector6 = Eigen::Matrix<double, 6, 1>;
+  for (const Link& link : links) {
+    std::array<Vector6, 4> turning;
+    std::array<int, 4> homes;
+    for (std::size_t k = 0; k < 4; ++k) {
+      homes[k] = home_[at(link.particles[k])];
+      turning[k] = rigid(arms_[at(link.particles[k])]).transpose() * link.weights[k] * link.normal;
+    }
+    for (std::size_t k = 0; k < 4; ++k)
+      for (std::size_t l = 0; l < 4; ++l)
+        if (homes[l] >= 0 && homes[k] >= homes[l])
+          block(homes[k], homes[l]) += link.stiffness * turning[k] * turning[l].transpose();
+  }
+}
+
 void CoarseSpace::update(const ElasticSheet& sheet, std::span<const Slot> particles,
-                         std::span<const Vec3> held) {
+                         std::span<const Vec3> held, std::span<const Link> links) {
   if (centres_.empty()) return;
+  make_room(links);
   side_by_side(centres_.size(), [&](std::size_t h) {
     Vec3 sum = Vec3::Zero();
     for (int m = first_[h]; m < first_[h + 1]; ++m) sum += place(particles[at(members_[at(m)])]);
@@ -162,6 +208,8 @@ void CoarseSpace::update(const ElasticSheet& sheet, std::span<const Slot> partic
         support * Eigen::Matrix3d::Identity() + kHeld * own[k] * held[k] * held[k].transpose();
     block(home_[k], home_[k]) += rigid(arms_[k]).transpose() * stiffness * rigid(arms_[k]);
   }
+
+  add(links);
 
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(36 * blocks_.size());

@@ -18,9 +18,9 @@ class CoarseSpace {
   CoarseSpace(const ElasticSheet& sheet, std::span<const Slot> particles);
 
   /// Takes the stiffness at these places. `held`: unit normals along which a particle cannot move,
-  /// zero for the others.
+  /// zero for the others. `links` are added to the sheet.
   void update(const ElasticSheet& sheet, std::span<const Slot> particles,
-              std::span<const Vec3> held);
+              std::span<const Vec3> held, std::span<const Link> links = {});
 
   /// Adds the answer to `forces` to `moves`; both by particle.
   void add_answer(std::span<const Vec3> forces, std::span<Vec3> moves) const;
@@ -31,6 +31,8 @@ class CoarseSpace {
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
   Matrix6& block(int a, int b);
+  void make_room(std::span<const Link> links);
+  void add(std::span<const Link> links);
 
   std::vector<int> home_;                          // neighbourhood of each particle, -1: none
   std::vector<int> first_;                         // of each neighbourhood in members_

@@ -15,12 +15,6 @@ std::span<const BendingBatch> bendings(const Layout& layout, const Task& t) {
   return std::span(layout.bendings).subspan(t.first_bending, t.last_bending - t.first_bending);
 }
 
-void add(const Tally& part, Tally& total) {
-  total.energy += part.energy;
-  total.carried_squares += part.carried_squares;
-  total.carried += part.carried;
-}
-
 }  // namespace
 
 ElasticSheet make_elastic_sheet(const Sheet& sheet) {
@@ -81,11 +75,12 @@ Tally elastic_forces(const ElasticSheet& sheet, std::span<const Slot> particles,
   return total;
 }
 
-std::vector<Softness> measure_softness(const ElasticSheet& sheet, std::span<const Slot> particles) {
+std::vector<Softness> measure_softness(const ElasticSheet& sheet, std::span<const Slot> particles,
+                                       std::span<const Link> links) {
   std::vector<double> own(particles.size(), 0.0);
   for (std::size_t k = 0; k < particles.size(); ++k)
     for (const Attachment& a : sheet.attachments.of(k)) own[k] += 1 / a.compliance;
-  return measure_softness(sheet.layout, particles, own);
+  return measure_softness(sheet.layout, particles, own, links);
 }
 
 }  // namespace vstent::xpbd

@@ -78,6 +78,7 @@ Tally elastic_forces(const ElasticSheet& sheet, std::span<const Slot> particles,
                      std::vector<Slot>& forces);
 
 /// See softness.hpp; attachments included.
-std::vector<Softness> measure_softness(const ElasticSheet& sheet, std::span<const Slot> particles);
+std::vector<Softness> measure_softness(const ElasticSheet& sheet, std::span<const Slot> particles,
+                                       std::span<const Link> links = {});
 
 }  // namespace vstent::xpbd

@@ -20,12 +20,22 @@ constexpr double kStep = 2;
 constexpr int kHalvings = 12;
 // Of the energy: what rounding may add to it.
 constexpr double kRounding = 1e-12;
+// Of the room between walls: used up by so much, the search looks again for what is near.
+constexpr double kUsed = 0.5;
+// Share of the places where the sheet pushes itself that come or go until its stiffness is another,
+// and the iterations that one look at it serves at least.
+constexpr double kMorePushing = 0.2;
+constexpr int kLeastRenewal = 5;
+// Looks in which the body may push the sheet out of itself before the search begins.
+constexpr int kLooks = 100;
 
 /// The sheet somewhere, and what holds there.
 struct State {
   std::vector<Slot> particles, forces;
   std::vector<char> touching;  // on the surface
   std::vector<Vec3> normals;   // of the surface, where touching
+  int kept_inside = 0;         // by the sheet itself
+  double pushing = 0;          // places where it pushes itself
   Tally tally;
   double energy = 0;  // of the loads as well
 
@@ -40,6 +50,7 @@ struct Equilibrium::Implementation {
   ContactField field;
   std::size_t count;
   CoarseSpace coarse;
+  std::optional<SelfCollision> collision;
   State now, trial;
   std::vector<char> held;      // touching, and pressed against the surface
   std::vector<Vec3> residual;  // forces that nothing balances
@@ -50,6 +61,7 @@ struct Equilibrium::Implementation {
   ForceBalance balance;
   double last_product = 0;
   int since_renewal = -1;
+  double pushing_at_renewal = 0;
   bool restart = true;
   std::vector<Vec3> positions;
   // Of the particles that may touch.
@@ -74,7 +86,15 @@ struct Equilibrium::Implementation {
         clearance(count, -1.0),
         positions(start.begin(), start.end()) {
     now.particles = particles_of(elastic, start);
+    if (sheet.surface) {
+      collision.emplace(sheet, elastic, particles_of(elastic, sheet.positions));
+      collision->look(now.particles);
+    }
     visit(now);
+    for (int n = 0; now.kept_inside > 0 && n < kLooks; ++n) {
+      collision->look(now.particles);
+      visit(now);
+    }
     weigh();
     give_positions();
   }
@@ -105,16 +125,20 @@ struct Equilibrium::Implementation {
       near_places[n] = place(state.particles[near[n]]) + elastic.origin;
     field(near_places, gaps);
     std::fill(state.touching.begin(), state.touching.end(), 0);
+    state.kept_inside = 0;
     for (std::size_t n = 0; n < near.size(); ++n) {
       const std::size_t k = near[n];
       const Gap& gap = gaps[n];
       sampled_at[k] = place(state.particles[k]);
       clearance[k] = std::max(0.0, gap.distance);
       if (gap.normal.isZero() || !(held[k] || gap.distance < 0)) continue;
-      state.touching[k] = 1;
+      Vec3 on_surface = sampled_at[k] - gap.distance * gap.normal;
+      const bool kept = collision && collision->keep_pushed(k, on_surface);
+      state.kept_inside += kept;
+      state.touching[k] = !kept;
       state.normals[k] = gap.normal;
-      put(state.particles[k], sampled_at[k] - gap.distance * gap.normal);
-      sampled_at[k] = place(state.particles[k]);
+      put(state.particles[k], on_surface);
+      sampled_at[k] = on_surface;
       clearance[k] = 0;
     }
   }
@@ -122,6 +146,11 @@ struct Equilibrium::Implementation {
   void visit(State& state) {
     put_on_surface(state);
     state.tally = elastic_forces(elastic, state.particles, state.forces);
+    if (collision) {
+      const Tally pushed = collision->add_forces(state.particles, state.forces);
+      state.pushing = pushed.carried;
+      add(pushed, state.tally);
+    }
     state.energy = state.tally.energy;
     if (!elastic.load.empty())
       state.energy -=
@@ -159,12 +188,21 @@ struct Equilibrium::Implementation {
   }
 
   void renew() {
-    softness = measure_softness(elastic, now.particles);
+    const std::vector<Link> links =
+        collision ? collision->links(now.particles) : std::vector<Link>();
+    softness = measure_softness(elastic, now.particles, links);
     for (std::size_t k = 0; k < count; ++k)
       held_normals[k] = held[k] ? now.normals[k] : Vec3::Zero();
-    coarse.update(elastic, now.particles, held_normals);
+    coarse.update(elastic, now.particles, held_normals, links);
     since_renewal = 0;
+    pushing_at_renewal = now.pushing;
     restart = true;
+  }
+
+  bool is_outdated(int renewal) const {
+    return since_renewal < 0 || since_renewal >= renewal ||
+           (since_renewal >= kLeastRenewal &&
+            std::abs(now.pushing - pushing_at_renewal) > kMorePushing * pushing_at_renewal);
   }
 
   /// The motion that would balance the residual, about.
@@ -209,7 +247,15 @@ struct Equilibrium::Implementation {
   }
 
   RelaxReport iterate(const EquilibriumOptions& options) {
-    if (since_renewal < 0 || since_renewal >= options.renewal) renew();
+    if (collision && (now.kept_inside > 0 || collision->used(now.particles) > kUsed)) {
+      collision->look(now.particles);
+      if (now.kept_inside > 0) {
+        visit(now);
+        weigh();
+        restart = true;
+      }
+    }
+    if (is_outdated(options.renewal)) renew();
     ++since_renewal;
     std::swap(answer, last_answer);
     precondition();
@@ -231,7 +277,10 @@ struct Equilibrium::Implementation {
     const double reach = largest(direction);
     if (!(slope > 0) || !(reach > 0)) return report;
 
-    const double most = options.largest_move / reach;
+    double most = options.largest_move / reach;
+    // A little less than what may be moved, for what is put back on the surface.
+    if (collision) most = 0.9 * collision->allowed(now.particles, direction, most / 0.9);
+    if (!(most > 0)) return report;
     const double curved = curvature(kProbe * most);
     double share = curved > 0 ? std::min(slope / curved, most) : most;
     const double limit = now.energy + kRounding * std::abs(now.energy);
@@ -268,5 +317,13 @@ RelaxReport Equilibrium::iterate(const EquilibriumOptions& options) {
 
 std::span<const Vec3> Equilibrium::positions() const { return implementation_->positions; }
 ForceBalance Equilibrium::balance() const { return implementation_->balance; }
+
+std::vector<Push> Equilibrium::pushes() const {
+  const Implementation& i = *implementation_;
+  return i.collision ? by_vertex(i.collision->pushes(i.now.particles), i.elastic)
+                     : std::vector<Push>();
+}
+
+int Equilibrium::kept_inside() const { return implementation_->now.kept_inside; }
 
 }  // namespace vstent::xpbd

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 
+#include "xpbd/self_collision.hpp"
 #include "xpbd/solver.hpp"
 
 namespace vstent::xpbd {
@@ -28,8 +29,8 @@ struct EquilibriumOptions {
 /// on its surface without friction and leave it when they are pulled. Nonlinear conjugate gradients
 /// on that surface (Polak & Ribiere, restarted), preconditioned on two levels: the 3x3 stiffness
 /// around each particle, and rigid motions of neighbourhoods (CoarseSpace). The minimum is that of
-/// the very energy that Solver projects; masses and time have no part in it. Results are
-/// bit-identical for any number of threads.
+/// the very energy that Solver projects; masses and time have no part in it. A sheet with a surface
+/// does not pass through itself on the way. Results are bit-identical for any number of threads.
 class Equilibrium {
  public:
   /// `start`: by vertex; particles inside the body are put on its surface. Pinned vertices stay.
@@ -42,6 +43,11 @@ class Equilibrium {
 
   std::span<const Vec3> positions() const;  ///< by vertex, mm
   ForceBalance balance() const;             ///< at the present places
+
+  /// What keeps the sheet's surface from passing through itself, by vertex.
+  std::vector<Push> pushes() const;
+  /// Particles that the body should hold on its surface, and that the sheet itself keeps from it.
+  int kept_inside() const;
 
  private:
   struct Implementation;

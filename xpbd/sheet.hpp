@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -60,6 +61,13 @@ struct SpanContact {
   std::int64_t key = 0;
 };
 
+/// Walls that must not pass through each other (see self_collision.hpp).
+struct SurfaceOfWall {
+  std::vector<Triangle> triangles;
+  std::vector<double> thickness;       ///< mm, per vertex
+  std::vector<double> youngs_modulus;  ///< MPa, per vertex
+};
+
 /// Particles and the constraints between them. inverse_mass 0 pins a particle.
 struct Sheet {
   std::vector<Vec3> positions;       ///< mm
@@ -68,6 +76,7 @@ struct Sheet {
   std::vector<BendingConstraint> bendings;
   std::vector<AttachmentConstraint> attachments;
   std::vector<Vec3> forces;  ///< N, constant, one per particle; empty: none
+  std::optional<SurfaceOfWall> surface;  ///< there: it does not pass through itself
 };
 
 /// The wall as an isotropic elastic sheet (validation case V13; METHOD section 4 of the design

@@ -43,7 +43,8 @@ class Blocks {
 }  // namespace
 
 std::vector<Softness> measure_softness(const Layout& layout, std::span<const Slot> particles,
-                                       std::span<const double> own) {
+                                       std::span<const double> own,
+                                       std::span<const Link> links) {
   Blocks blocks(particles.size());
   const auto x = [&](int k) { return place(particles[at(k)]); };
   for_each_distance(layout, [&](int i, int j, double rest, double stiffness) {
@@ -70,6 +71,11 @@ std::vector<Softness> measure_softness(const Layout& layout, std::span<const Slo
     for (std::size_t k = 0; k < 4; ++k)
       blocks[at(v[k])].diagonal().array() += moment * total * gradient[k].norm();
   });
+  for (const Link& link : links) {
+    std::array<Vec3, 4> gradient;
+    for (std::size_t k = 0; k < 4; ++k) gradient[k] = link.weights[k] * link.normal;
+    blocks.add<4>(link.particles, gradient, link.stiffness);
+  }
   std::vector<Softness> softness(particles.size());
   for (std::size_t k = 0; k < softness.size(); ++k) {
     Eigen::Matrix3d stiffness = blocks[k] + own[k] * Eigen::Matrix3d::Identity();

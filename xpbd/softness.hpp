@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "xpbd/layout.hpp"
+#include "xpbd/link.hpp"
 
 namespace vstent::xpbd {
 
@@ -22,8 +23,10 @@ struct Softness {
 /// Inverses of 3x3 blocks D, which as a block-diagonal matrix bound the sheet's stiffness K at
 /// these places from above: no eigenvalue of D^-1 K exceeds 1. K is that of Gauss and Newton,
 /// without the hinges' own curvature and without what compressed springs take away across
-/// themselves. `own` (N/mm) is added at each particle; softness is 0 where nothing holds.
+/// themselves. `own` (N/mm) is added at each particle, `links` between them; softness is 0 where
+/// nothing holds.
 std::vector<Softness> measure_softness(const Layout& layout, std::span<const Slot> particles,
-                                       std::span<const double> own);
+                                       std::span<const double> own,
+                                       std::span<const Link> links = {});
 
 }  // namespace vstent::xpbd

@@ -16,6 +16,8 @@ namespace {
 constexpr int kWeighEvery = 50;
 // And where struts fold it sharply.
 constexpr int kWeighFoldedEvery = 10;
+// Of the room between walls: used up by so much, they look again for what is near.
+constexpr double kUsed = 0.25;
 
 struct ClosableContact {
   Vec3 normal;
@@ -52,6 +54,7 @@ struct Solver::Implementation {
   std::vector<Slot> forces;      // scratch
   Grouped<ClosableContact> contacts;
   std::vector<ClosableSpan> spans;
+  std::optional<SelfCollision> collision;
   bool backward = false;
   double steps_since_rest = 0;
   double last_energy = 0;
@@ -70,6 +73,12 @@ struct Solver::Implementation {
         forces(sheet.positions.size()) {
     for (const int vertex : layout.original) inverse_mass.push_back(sheet.inverse_mass[at(vertex)]);
     group_contacts({}, contacts);
+    if (sheet.surface) collision.emplace(sheet, elastic, particles);
+  }
+
+  /// Where much of the room between walls is used up, looks again for what is near.
+  void look_around() {
+    if (collision && collision->used(particles) > kUsed) collision->look(particles);
   }
 
   std::size_t chunks() const { return chunks_of(particles.size()); }
@@ -143,6 +152,7 @@ struct Solver::Implementation {
   }
 
   void forget_multipliers() {
+    if (collision) collision->forget();
     for (ClosableSpan& c : spans) c.force = 0;
     for (DistanceBatch& batch : layout.distances) batch.force.fill(0);
     for (BendingBatch& batch : layout.bendings) batch.force.fill(0);
@@ -188,6 +198,7 @@ struct Solver::Implementation {
         kernel.kept_bending_forces(bendings(task), particles.data(), forces.data());
       });
     add_span_forces(forces);
+    if (collision) collision->add_kept_forces(particles, forces);
   }
 
   /// Moves particle k by inertia, loads and kept multipliers; true where the velocity limit held it
@@ -236,11 +247,12 @@ struct Solver::Implementation {
     backward = !backward;
   }
 
-  /// Attachments and contacts of one particle; contacts last, so that nothing penetrates.
-  void project_particle(std::size_t k) {
+  /// Attachments and contacts of one particle; contacts last, so that nothing penetrates, unless
+  /// the particle might meet another wall: true then.
+  bool project_particle(std::size_t k) {
     Slot& particle = particles[k];
     const double mobility = particle.mobility;
-    if (!(mobility > 0)) return;
+    if (!(mobility > 0)) return false;
     Vec3 x = place(particle);
     for (Attachment& a : attachments.of(k)) {
       const Vec3 offset = x - a.target;
@@ -257,12 +269,15 @@ struct Solver::Implementation {
       c.force += change;
       x += mobility * change * c.normal;
     }
+    const bool kept = collision && collision->keep(k, x);
     put(particle, x);
+    return kept;
   }
 
   struct Finish {
     double largest_move = 0;
     double power = 0;
+    int kept_apart = 0;
   };
 
   void finish(std::size_t k, double dt, Finish& sums) {
@@ -291,6 +306,7 @@ struct Solver::Implementation {
     group_contacts(new_contacts, contacts);
     take_spans(new_spans);
     if (std::exchange(relaxing, false)) rest();
+    look_around();
     if (!options.keep_multipliers) forget_multipliers();
     if (options.keep_multipliers) turn_kept_forces();
 
@@ -307,9 +323,12 @@ struct Solver::Implementation {
           [&](std::size_t k, const Vec3& push) { return Vec3(particles[k].mobility * push); },
           [&](std::size_t k) { return particles[k].mobility > 0; },
           [](std::size_t, const Vec3&) {});
+      if (collision) collision->project(particles);
       for_each_particle(particles.size(), [&](std::size_t k, std::size_t chunk) {
-        project_particle(k);
-        if (sweep == options.iterations) finish(k, options.time_step, sums[chunk]);
+        const bool kept = project_particle(k);
+        if (sweep < options.iterations) return;
+        sums[chunk].kept_apart += kept;
+        finish(k, options.time_step, sums[chunk]);
       });
     }
 
@@ -318,6 +337,7 @@ struct Solver::Implementation {
     for (std::size_t chunk = 0; chunk < chunks(); ++chunk) {
       report.clamped_vertices += clamped[chunk];
       report.largest_move = std::max(report.largest_move, sums[chunk].largest_move);
+      report.kept_apart += sums[chunk].kept_apart;
       power += sums[chunk].power;
     }
     steps_since_rest = power < 0 ? 0 : steps_since_rest + 1;
@@ -326,7 +346,8 @@ struct Solver::Implementation {
 
   /// Of everything but contacts between vertices, at the present places, by particle.
   Tally all_forces(std::vector<Slot>& to) const {
-    const Tally tally = elastic_forces(elastic, particles, to);
+    Tally tally = elastic_forces(elastic, particles, to);
+    if (collision) add(collision->add_forces(particles, to), tally);
     add_span_forces(to);
     return tally;
   }
@@ -379,8 +400,10 @@ struct Solver::Implementation {
       rest();
       iterations_since_weighing = kWeighEvery;
     }
+    look_around();
     if (++iterations_since_weighing > (spans.empty() ? kWeighEvery : kWeighFoldedEvery)) {
-      softness = measure_softness(elastic, particles);
+      softness = measure_softness(elastic, particles,
+                                  collision ? collision->links(particles) : std::vector<Link>());
       iterations_since_weighing = 0;
     }
     // Forces are taken where momentum alone would lead: that damps what swings fast and leaves the
@@ -391,7 +414,9 @@ struct Solver::Implementation {
       drift[k].setZero();
       if (!(inverse_mass[k] > 0)) return;
       drift[k] = retained * velocities[at(layout.original[k])];
-      put(particles[k], before[k] + drift[k]);
+      Vec3 ahead = before[k] + drift[k];
+      if (collision && collision->keep(k, ahead)) drift[k] = ahead - before[k];
+      put(particles[k], ahead);
     });
     const Tally tally = all_forces(forces);
     std::vector<Unbalanced> parts(chunks());
@@ -404,7 +429,11 @@ struct Solver::Implementation {
     project_spans(
         [&](std::size_t k, const Vec3& push) { return Vec3(options.step * (softness[k] * push)); },
         [&](std::size_t k) { return inverse_mass[k] > 0; },
-        [&](std::size_t k, const Vec3& by) {
+        [&](std::size_t k, Vec3 by) {
+          if (Vec3 x = place(particles[k]); collision && collision->keep(k, x)) {
+            by += x - place(particles[k]);
+            put(particles[k], x);
+          }
           positions[at(layout.original[k])] += by;
           velocities[at(layout.original[k])] += by;
         });
@@ -439,6 +468,7 @@ struct Solver::Implementation {
       x += push * yielding;
       closed = closed || push > 0;
     }
+    if (collision) collision->keep(k, x);
     move = x - before[k];
     sums.power += move.dot(residual);
     sums.largest_move = std::max(sums.largest_move, move.norm());
@@ -478,11 +508,17 @@ void Solver::set_positions(std::span<const Vec3> positions) {
   assert(positions.size() == s.positions.size());
   s.positions.assign(positions.begin(), positions.end());
   s.particles = particles_of(s.elastic, positions);
+  if (s.collision) s.collision->look(s.particles);
   s.rest();
 }
 
 ForceBalance Solver::balance(std::span<const Contact> contacts, double contact_tolerance) const {
   return implementation_->balance(contacts, contact_tolerance);
+}
+
+std::vector<Push> Solver::pushes() const {
+  const Implementation& s = *implementation_;
+  return s.collision ? by_vertex(s.collision->pushes(s.particles), s.elastic) : std::vector<Push>();
 }
 
 void scale_masses(Sheet& sheet, double time_step, double kappa) {

@@ -4,6 +4,7 @@
 
 #include <memory>
 
+#include "xpbd/self_collision.hpp"
 #include "xpbd/sheet.hpp"
 
 namespace vstent::xpbd {
@@ -29,6 +30,8 @@ struct StepOptions {
 struct StepReport {
   double largest_move = 0;   ///< mm, any vertex, this step
   int clamped_vertices = 0;  ///< whose inertial move met velocity_limit
+  /// Vertices that stopped short of what they might meet: another step takes them further.
+  int kept_apart = 0;
 };
 
 /// Static forces at the present positions: what the constraints' energies leave unbalanced.
@@ -59,7 +62,7 @@ struct RelaxReport {
   ForceBalance balance;     ///< of the places where the iteration took its forces
 };
 
-/// Holds a sheet in motion. Results are bit-identical for any number of threads.
+/// Holds a sheet in motion; one with a surface does not pass through itself. Results are bit-identical for any number of threads.
 class Solver {
  public:
   explicit Solver(const Sheet& sheet);
@@ -86,6 +89,9 @@ class Solver {
   /// A contact is closed where its gap is below `contact_tolerance` (mm); span contacts push as
   /// they did at the end of the last step or iteration.
   ForceBalance balance(std::span<const Contact> contacts, double contact_tolerance) const;
+
+  /// What keeps the sheet's surface from passing through itself, by vertex.
+  std::vector<Push> pushes() const;
 
  private:
   struct Implementation;
