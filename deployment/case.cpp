@@ -149,6 +149,11 @@ void parse_wall(vessels::ObjectReader wall, Case& result) {
     wall.refuse("thickness_array", "is given as well as thickness; leave one out");
   result.tissue_support =
       wall.number("tissue_support_MPa_per_mm", 0, 1e6, "0 or more, in MPa per mm").value_or(0);
+  result.self_collision = wall.boolean("self_collision");
+  if (result.paper_wall() && result.self_collision.value_or(false)) {
+    wall.refuse("self_collision",
+                "needs a wall with a thickness and a modulus; the preset \"paper\" has neither");
+  }
   wall.finish();
 }
 
@@ -238,6 +243,7 @@ nlohmann::ordered_json to_json(const Case& c) {
   }
   if (!c.thickness_array.empty()) wall["thickness_array"] = c.thickness_array;
   if (c.tissue_support > 0) wall["tissue_support_MPa_per_mm"] = c.tissue_support;
+  if (c.self_collision) wall["self_collision"] = *c.self_collision;
   if (c.youngs_modulus) wall["youngs_modulus_MPa"] = *c.youngs_modulus;
   if (c.thickness) wall["thickness"] = length_text(*c.thickness);
   if (c.poisson_ratio) wall["poisson_ratio"] = *c.poisson_ratio;

@@ -7,6 +7,8 @@
 #include "deployment/stent_contact.hpp"
 #include "deployment/wall_levels.hpp"
 #include "vessels/error.hpp"
+#include "xpbd/crossings.hpp"
+#include "xpbd/equilibrium.hpp"
 
 namespace vstent::deployment {
 namespace {
@@ -31,6 +33,8 @@ constexpr double kExact = 1e-4;
 // every row of vertices that slides over it is caught, and where the wall comes to rest depends on
 // how it came.
 constexpr double kEdgeRounding = 2;
+// Time steps in which walls that come near each other may follow one step of growth.
+constexpr int kStepsApart = 20;
 // k dt^2/m; with kept multipliers and two sweeps or more this stays stable.
 constexpr double kKappa = 1.0;
 
@@ -57,6 +61,7 @@ Wall make_wall(const Setup& setup, WallMesh mesh) {
         m.points, m.triangles, m.pinned,
         xpbd::VariableMembrane{m.material.youngs_modulus, m.material.thickness, membrane});
   }
+  if (*c.self_collision) wall.sheet.surface = surface_of(m);
   if (c.tissue_support > 0) xpbd::support(wall.sheet, m.triangles, c.tissue_support);
   for (const xpbd::DistanceConstraint& d : wall.sheet.distances)
     wall.edge_length += d.rest_length / static_cast<double>(wall.sheet.distances.size());
@@ -65,14 +70,10 @@ Wall make_wall(const Setup& setup, WallMesh mesh) {
 
 /// The patch, and before it coarser walls.
 std::vector<Wall> make_walls(const Setup& setup) {
-  const vessels::Region& region = setup.region;
-  WallMesh patch{{}, region.triangles, region.pinned, setup.material};
-  for (const int v : region.vertices)
-    patch.points.push_back(setup.surface.mesh.points[static_cast<std::size_t>(v)]);
+  WallMesh patch = patch_of(setup);
   std::vector<Wall> walls;
-  if (grows_on_coarser_walls(setup.specification))
-    for (const double spacing : level_spacings(patch.points.size(), region.median_edge))
-      walls.push_back(make_wall(setup, coarsened(patch, spacing)));
+  for (const double spacing : setup.level_spacings)
+    walls.push_back(make_wall(setup, coarsened(patch, spacing)));
   walls.push_back(make_wall(setup, std::move(patch)));
   return walls;
 }
@@ -105,7 +106,7 @@ class Run {
     grow();
     for (; level_ + 1 < walls_.size(); ++level_) {
       settle_on_surface(level_ == 0 ? kExact : kRough, kEdgeRounding * walls_[level_].edge_length);
-      places_ = finer_[level_](places_);
+      hand_on();
     }
     if (!stent_.rigid()) {
       settle_by_relaxation();
@@ -119,6 +120,8 @@ class Run {
       else
         settle_on_surface(*case_.tolerance);
     }
+    require_room();
+    outcome_.self_contact = self_contact(setup_, pushes_, places_, stent_.state().axis);
     outcome_.patch = std::move(places_);
     return std::move(outcome_);
   }
@@ -140,10 +143,38 @@ class Run {
       stent_.grow(inflated(setup_, stent_state(setup_, record.expansion), record.expansion),
                   step < steps);
       stent_.find(solver.positions(), wall.mesh.pinned);
-      record.largest_move = solver.step(stent_.vertices(), options).largest_move;
+      // Walls that must not meet go as far as they may; then they are looked at again.
+      for (int n = 0; n < kStepsApart; ++n) {
+        const xpbd::StepReport moved = solver.step(stent_.vertices(), options);
+        record.largest_move = std::max(record.largest_move, moved.largest_move);
+        if (moved.kept_apart == 0) break;
+        stent_.find(solver.positions(), wall.mesh.pinned);
+      }
+      record.self_contacts = static_cast<int>(solver.pushes().size());
       places_.assign(solver.positions().begin(), solver.positions().end());
       note(record, solver.balance(stent_.vertices(), relaxation().contact_tolerance));
     }
+  }
+
+  /// The next wall takes over the places, but not where it would pass through itself.
+  void hand_on() {
+    std::vector<Vec3> places = finer_[level_](places_);
+    const Wall& next = walls_[level_ + 1];
+    if (near_itself_ &&
+        xpbd::crossings(*next.sheet.surface, next.mesh.points, places) >
+            xpbd::crossings(*next.sheet.surface, next.mesh.points, next.mesh.points))
+      places = xpbd::lead_apart(next.sheet, places);
+    places_ = std::move(places);
+  }
+
+  /// \throws Error where the stent has pressed the wall against wall that cannot give way
+  void require_room() const {
+    if (kept_inside_ == 0) return;
+    throw Error(ExitCode::geometry,
+                "the stent does not reach its size: " + std::to_string(kept_inside_) +
+                    " vertices of the wall stay inside it, because other wall behind them is held; "
+                    "let more of it move (/patch/margin), take a smaller stent, or set "
+                    "/wall/self_collision to false");
   }
 
   bool may_go_on() const { return settling_steps_ < *case_.max_settling_steps; }
@@ -152,6 +183,7 @@ class Run {
     const Wall& wall = walls_[level_];
     xpbd::Equilibrium equilibrium(wall.sheet, places_, stent_.exact_surface(edge_radius));
     outcome_.converged = false;
+    near_itself_ = equilibrium.is_near_itself();
     double least = std::numeric_limits<double>::infinity();
     for (int stalled = 0; !outcome_.converged && may_go_on() && stalled < kStalledRounds;
          ++stalled) {
@@ -160,8 +192,12 @@ class Run {
       for (int i = 0; i < kSettlingIterations && !outcome_.converged; ++i) {
         const xpbd::RelaxReport report = equilibrium.iterate({.largest_move = wall.edge_length});
         record.largest_move = std::max(record.largest_move, report.largest_move);
-        outcome_.converged = report.balance.relative <= tolerance;
+        outcome_.converged = report.balance.relative <= tolerance && equilibrium.kept_inside() == 0;
       }
+      near_itself_ = near_itself_ || equilibrium.is_near_itself();
+      kept_inside_ = equilibrium.kept_inside();
+      pushes_ = equilibrium.pushes();
+      record.self_contacts = static_cast<int>(pushes_.size());
       places_.assign(equilibrium.positions().begin(), equilibrium.positions().end());
       note(record, equilibrium.balance());
       if (equilibrium.balance().relative < 0.9 * least) {
@@ -209,6 +245,8 @@ class Run {
       }
       outcome_.converged = balance.relative <= *case_.tolerance &&
                            record.deepest <= kSinkTolerance * *case_.voxel_size;
+      pushes_ = solver.pushes();
+      record.self_contacts = static_cast<int>(pushes_.size());
       places_.assign(solver.positions().begin(), solver.positions().end());
       note(record, balance);
     }
@@ -245,6 +283,9 @@ class Run {
   std::size_t level_ = 0;
   std::vector<Vec3> places_;  // of the wall at this level
   int settling_steps_ = 0;
+  std::vector<xpbd::Push> pushes_;  // of the wall against itself
+  bool near_itself_ = false;
+  int kept_inside_ = 0;  // the stent, by other wall
   Outcome outcome_;
 };
 

@@ -3,6 +3,7 @@
 
 #include <functional>
 
+#include "deployment/self_contact.hpp"
 #include "deployment/stent_model.hpp"
 #include "sdf/level_set.hpp"
 #include "xpbd/solver.hpp"
@@ -23,6 +24,7 @@ struct StepRecord {
   double contact_force = 0;  ///< N, sum
   double energy = 0;         ///< N mm, stored in the wall
   int vertices = 0;          ///< of the wall that was solved: coarse first, the patch at the end
+  int self_contacts = 0;     ///< places of the wall that other wall pushes
 };
 
 struct Outcome {
@@ -37,6 +39,7 @@ struct Outcome {
   std::vector<Vec3> patch;  ///< of the patch's vertices, mm
   bool converged = false;
   double contact_force = 0;  ///< N, sum over the vertices in contact
+  SelfContact self_contact;
 };
 
 /// Called after every step with the record and the vertices of the patch; a false return stops the

@@ -22,12 +22,12 @@ std::string history_csv(const std::vector<StepRecord>& history) {
   std::ostringstream csv;
   csv << "step,settling,expansion,radius_mm,straightening,contacts,largest_move_mm,relative_"
          "residual,contact_force_N,"
-         "energy_N_mm,deepest_in_struts_mm,vertices\n";
+         "energy_N_mm,deepest_in_struts_mm,vertices,self_contacts\n";
   for (const StepRecord& r : history) {
     csv << r.step << ',' << r.settling << ',' << exact(r.expansion) << ',' << exact(r.radius) << ','
         << exact(r.straightening) << ',' << r.contacts << ',' << exact(r.largest_move) << ','
         << exact(r.residual) << ',' << exact(r.contact_force) << ',' << exact(r.energy) << ','
-        << exact(r.deepest) << ',' << r.vertices << '\n';
+        << exact(r.deepest) << ',' << r.vertices << ',' << r.self_contacts << '\n';
   }
   return csv.str();
 }
@@ -158,8 +158,8 @@ nlohmann::ordered_json surface_design_json(const Setup& setup) {
   return json;
 }
 
-/// Of the surface, then of the case.
-std::vector<std::string> warnings_of(const Setup& setup) {
+/// Of the surface, then of the case, then of the run.
+std::vector<std::string> all_warnings(const Setup& setup, const Outcome& outcome) {
   std::vector<std::string> warnings;
   for (const vessels::Finding& finding : setup.check.findings) {
     using Severity = vessels::Finding::Severity;
@@ -167,6 +167,8 @@ std::vector<std::string> warnings_of(const Setup& setup) {
     warnings.push_back((finding.severity == Severity::repaired ? "repaired: " : "") + finding.text);
   }
   warnings.insert(warnings.end(), setup.warnings.begin(), setup.warnings.end());
+  const std::vector<std::string> of_contact = warnings_of(outcome.self_contact);
+  warnings.insert(warnings.end(), of_contact.begin(), of_contact.end());
   return warnings;
 }
 
@@ -255,7 +257,15 @@ Metrics write_results(const Setup& setup, const Outcome& outcome, const fs::path
       {"steps", outcome.history.empty() ? 0 : outcome.history.back().step},
       {"relative_residual", outcome.history.empty() ? 0 : outcome.history.back().residual},
       {"contact_force_N", outcome.contact_force}};
-  json["warnings"] = warnings_of(setup);
+  if (*setup.specification.self_collision) {
+    const SelfContact& contact = outcome.self_contact;
+    json["self_contact"] = {{"places", contact.places},
+                            {"least_clearance_mm", contact.least_clearance},
+                            {"force_N", contact.force},
+                            {"pushed_aside_mm", contact.pushed_aside},
+                            {"places_against_held_wall", contact.against_held}};
+  }
+  json["warnings"] = all_warnings(setup, outcome);
   vessels::write_whole(stage / "metrics.json", json.dump(2) + "\n");
   return metrics;
 }

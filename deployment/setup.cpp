@@ -335,6 +335,7 @@ void derive_wall(Setup& setup) {
       c.thickness = (preset ? preset->thickness_to_radius : 0.15) * radius;
     if (!c.poisson_ratio) c.poisson_ratio = 0.45;
   }
+  if (!c.self_collision) c.self_collision = !c.paper_wall();
   if (!c.patch_margin) {
     // Edge effects fade over 1/beta = sqrt(R t) / (3 (1 - nu^2))^(1/4) (case V8); four of them, and
     // a diameter for the lengths over which a lumen narrows.
@@ -370,6 +371,14 @@ void judge_surface_design(Setup& setup) {
   setup.warnings.push_back(limits_of(design, widest));
 }
 
+/// mm
+double thickest_wall(const Setup& setup) {
+  const Case& c = setup.specification;
+  if (c.thickness_array.empty()) return *c.thickness;
+  const std::vector<double> values = wall_thickness(setup.surface, c);
+  return *std::max_element(values.begin(), values.end());
+}
+
 void find_patch(Setup& setup) {
   const Case& c = setup.specification;
   const Placement& p = setup.placement;
@@ -379,8 +388,17 @@ void find_patch(Setup& setup) {
     reach[i] =
         std::max(p.wall_distance[i], stents::outer_radius(setup.stent, p.arc[i])) + *c.patch_margin;
   }
+  vessels::GivingWay giving_way;
+  if (*c.self_collision) {
+    // Two walls, and the triangles that reach in between vertices.
+    giving_way.axis = *c.straightening > 0 ? stent_state(setup, 1).axis : p.axis;
+    for (const double s : arc_lengths(giving_way.axis))
+      giving_way.reach.push_back(stents::outer_radius(setup.stent, std::min(s, p.arc.back())) +
+                                 2 * thickest_wall(setup) + setup.check.edge_median);
+    giving_way.further = *c.patch_margin;
+  }
   try {
-    setup.region = vessels::find_region(setup.surface.mesh, ends.is_cap, p.axis, reach);
+    setup.region = vessels::find_region(setup.surface.mesh, ends.is_cap, p.axis, reach, giving_way);
   } catch (const std::invalid_argument& nothing) {
     infeasible(c, std::string(nothing.what()) + "; does the stent lie in the vessel?");
   }
@@ -464,14 +482,24 @@ void derive_solver(Setup& setup) {
   if (!c.max_settling_steps) c.max_settling_steps = 20000;
 }
 
+void choose_levels(Setup& setup) {
+  if (!grows_on_coarser_walls(setup.specification)) return;
+  std::vector<double> spacings =
+      level_spacings(setup.region.vertices.size(), setup.region.median_edge);
+  if (*setup.specification.self_collision && !spacings.empty()) {
+    const WallMesh patch = patch_of(setup);
+    std::erase_if(spacings,
+                  [&](double spacing) { return crosses_itself(coarsened(patch, spacing)); });
+  }
+  setup.level_spacings = std::move(spacings);
+}
+
 /// Of the smooth tube, or of the balloon that carries struts.
 void derive_growth(Setup& setup) {
   Case& c = setup.specification;
   const double radius = 0.5 * *c.diameter;
   const double edge = setup.region.median_edge;
-  const std::vector<double> spacings = grows_on_coarser_walls(c)
-                                           ? level_spacings(setup.region.vertices.size(), edge)
-                                           : std::vector<double>();
+  const std::vector<double>& spacings = setup.level_spacings;
   const double growing_edge = spacings.empty() ? edge : spacings.front();
   // The balloon's edge leaves no trace under struts; a smooth stent's is as sharp as the mesh.
   const double touching_edge = setup.has_struts() ? growing_edge : edge;
@@ -542,13 +570,14 @@ Setup prepare(Case specification) {
   find_patch(setup);
   if (setup.has_struts()) refine_for_struts(setup);
   warn_of_cut_patch(setup);
+  setup.material = wall_material(setup.surface, setup.region, c);
+  choose_levels(setup);
   derive_growth(setup);
   if (setup.has_struts()) {
     derive_strut_voxels(setup);
   } else {
     derive_tube_voxels(setup);
   }
-  setup.material = wall_material(setup.surface, setup.region, c);
   derive_solver(setup);
   warn_of_bent_design(setup);
   return setup;

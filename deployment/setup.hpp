@@ -54,6 +54,8 @@ struct Setup {
   WallMaterial material;                                ///< of the patch
   std::optional<vessels::Surface> unrefined;  ///< as read, where `surface` was refined for struts
   double start_radius = 0;                    ///< inside the narrowest lumen
+  /// mm, edges of the coarser walls that the patch's shape is first found on.
+  std::vector<double> level_spacings;
   std::vector<std::string> warnings;
 
   bool has_struts() const { return design || surface_design; }

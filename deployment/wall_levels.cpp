@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 
 #include "sdf/mesh_distance.hpp"
+#include "xpbd/crossings.hpp"
 #include "xpbd/neighbourhoods.hpp"
 
 namespace vstent::deployment {
@@ -38,7 +40,27 @@ Eigen::Matrix3d frame(const Vec3& a, const Vec3& b, const Vec3& c) {
   return axes;
 }
 
+/// Twice the area long.
+Vec3 area_normal(std::span<const Vec3> points, const Triangle& t) {
+  return (points[at(t[1])] - points[at(t[0])]).cross(points[at(t[2])] - points[at(t[0])]);
+}
+
 }  // namespace
+
+WallMesh patch_of(const Setup& setup) {
+  WallMesh patch{{}, setup.region.triangles, setup.region.pinned, setup.material};
+  for (const int v : setup.region.vertices)
+    patch.points.push_back(setup.surface.mesh.points[at(v)]);
+  return patch;
+}
+
+xpbd::SurfaceOfWall surface_of(const WallMesh& wall) {
+  return {wall.triangles, wall.material.thickness, wall.material.youngs_modulus};
+}
+
+bool crosses_itself(const WallMesh& wall) {
+  return xpbd::crossings(surface_of(wall), wall.points, wall.points) > 0;
+}
 
 WallMesh coarsened(const WallMesh& fine, double spacing) {
   // The rim first: what is held there is then known as finely as the rest.
@@ -67,11 +89,37 @@ WallMesh coarsened(const WallMesh& fine, double spacing) {
 
 Prolongation::Prolongation(const WallMesh& coarse, const WallMesh& fine)
     : rest_(fine.points), anchors_(fine.points.size()) {
-  const sdf::MeshDistance surface({coarse.points, coarse.triangles});
+  std::vector<Box> boxes;
+  std::vector<Vec3> facing;
+  for (const Triangle& t : coarse.triangles) {
+    Box& box = boxes.emplace_back();
+    for (const int v : t) box.include(coarse.points[at(v)]);
+    facing.push_back(area_normal(coarse.points, t));
+  }
+  std::vector<Vec3> normals(rest_.size(), Vec3::Zero());
+  for (const Triangle& t : fine.triangles)
+    for (const int v : t) normals[at(v)] += area_normal(fine.points, t);
+  const sdf::BoxTree tree(boxes);
   for (std::size_t v = 0; v < rest_.size(); ++v) {
     if (fine.pinned[v]) continue;
-    const auto nearest = surface.closest(rest_[v]);
-    if (nearest.triangle < 0) continue;
+    const auto closest = [&](int triangle) {
+      const Triangle& t = coarse.triangles[at(triangle)];
+      return sdf::closest_point_on_triangle(rest_[v], coarse.points[at(t[0])],
+                                            coarse.points[at(t[1])], coarse.points[at(t[2])]);
+    };
+    const auto squared_distance = [&](int triangle) {
+      return (closest(triangle) - rest_[v]).squaredNorm();
+    };
+    auto found = tree.nearest(rest_[v], [&](int triangle) {
+      return facing[at(triangle)].dot(normals[v]) > 0 ? squared_distance(triangle)
+                                                      : std::numeric_limits<double>::infinity();
+    });
+    if (found.item < 0) found = tree.nearest(rest_[v], squared_distance);
+    if (found.item < 0) continue;
+    const struct {
+      int triangle;
+      Vec3 point;
+    } nearest{found.item, closest(found.item)};
     Anchor& anchor = anchors_[v];
     anchor.corners = coarse.triangles[at(nearest.triangle)];
     const auto corner = [&](std::size_t k) { return coarse.points[at(anchor.corners[k])]; };

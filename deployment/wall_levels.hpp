@@ -5,8 +5,10 @@
 #include <span>
 #include <vector>
 
+#include "deployment/setup.hpp"
 #include "deployment/wall_material.hpp"
 #include "sdf/geometry.hpp"
+#include "xpbd/sheet.hpp"
 
 namespace vstent::deployment {
 
@@ -24,7 +26,8 @@ struct WallMesh {
 WallMesh coarsened(const WallMesh& fine, double spacing);
 
 /// Carries the motion of a coarse wall over to a finer one: each fine vertex goes with the point of
-/// the coarse wall nearest to it at rest, and keeps its height above it.
+/// the coarse wall nearest to it at rest that faces the same way (not with a vessel beside its
+/// own), and keeps its height above it.
 class Prolongation {
  public:
   Prolongation(const WallMesh& coarse, const WallMesh& fine);
@@ -50,5 +53,14 @@ inline bool grows_on_coarser_walls(const Case& c) {
 /// The edge lengths (mm) of the levels that a wall of so many vertices is solved on, from the
 /// coarsest down to, but without, the wall itself; empty for walls that are coarse enough.
 std::vector<double> level_spacings(std::size_t vertices, double median_edge);
+
+/// The setup's patch as a wall.
+WallMesh patch_of(const Setup& setup);
+
+/// The wall's surface, which does not pass through itself.
+xpbd::SurfaceOfWall surface_of(const WallMesh& wall);
+
+/// Whether the wall passes through itself at rest, as coarse ones may where vessels touch.
+bool crosses_itself(const WallMesh& wall);
 
 }  // namespace vstent::deployment

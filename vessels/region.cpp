@@ -45,26 +45,34 @@ std::vector<char> held_vertices(const TriangleMesh& mesh, std::span<const char> 
   return held;
 }
 
-}  // namespace
-
-Region find_region(const TriangleMesh& mesh, std::span<const char> fixed, const Polyline& axis,
-                   std::span<const double> reach) {
+/// 1 for vertices no further from the axis than `reach` (mm, per axis point) and `further`.
+std::vector<char> vertices_within(const TriangleMesh& mesh, const Polyline& axis,
+                                  std::span<const double> reach, double further) {
   const std::vector<double> arc = arc_lengths(axis);
   Box near_axis;
   for (std::size_t i = 0; i < axis.size(); ++i) {
     Box ball;
     ball.include(axis[i]);
-    ball.pad(reach[i]);
+    ball.pad(reach[i] + further);
     near_axis.include(ball);
   }
-  const std::vector<char> held = held_vertices(mesh, fixed);
   std::vector<char> within(mesh.points.size(), 0);
   for (std::size_t v = 0; v < mesh.points.size(); ++v) {
     if (near_axis.squared_distance(mesh.points[v]) > 0) continue;
     const PolylinePlace place = nearest_place(axis, arc, mesh.points[v]);
-    const double limit = value_at(reach, arc, place.arc_length);
+    const double limit = value_at(reach, arc, place.arc_length) + further;
     within[v] = place.squared_distance <= limit * limit;
   }
+  return within;
+}
+
+}  // namespace
+
+Region find_region(const TriangleMesh& mesh, std::span<const char> fixed, const Polyline& axis,
+                   std::span<const double> reach, const GivingWay& giving_way) {
+  const std::vector<double> arc = arc_lengths(axis);
+  const std::vector<char> held = held_vertices(mesh, fixed);
+  std::vector<char> within = vertices_within(mesh, axis, reach, 0);
 
   Region region;
   const std::vector<std::vector<int>> around = triangles_around(mesh);
@@ -83,12 +91,25 @@ Region find_region(const TriangleMesh& mesh, std::span<const char> fixed, const 
     front.push_back(vertex);
   };
   for (const int vertex : mesh.triangles[static_cast<std::size_t>(seed_triangle)]) admit(vertex);
-  while (!front.empty()) {
-    const int vertex = front.back();
-    front.pop_back();
-    for (const int t : around[static_cast<std::size_t>(vertex)]) {
-      for (const int other : mesh.triangles[static_cast<std::size_t>(t)]) admit(other);
+  const auto admit_what_is_joined = [&] {
+    while (!front.empty()) {
+      const int vertex = front.back();
+      front.pop_back();
+      for (const int t : around[static_cast<std::size_t>(vertex)]) {
+        for (const int other : mesh.triangles[static_cast<std::size_t>(t)]) admit(other);
+      }
     }
+  };
+  admit_what_is_joined();
+  const std::vector<char> own = movable;
+  if (!giving_way.axis.empty()) {
+    const std::vector<char> reached = vertices_within(mesh, giving_way.axis, giving_way.reach, 0);
+    const bool cut_short = region.meets_opening;
+    within = vertices_within(mesh, axis, reach, giving_way.further);
+    for (std::size_t v = 0; v < reached.size(); ++v)
+      if (reached[v] && !own[v]) admit(static_cast<int>(v));
+    admit_what_is_joined();
+    region.meets_opening = cut_short;
   }
 
   // All triangles at a movable vertex, and those across their edges: pinned support for hinges
@@ -122,6 +143,7 @@ Region find_region(const TriangleMesh& mesh, std::span<const char> fixed, const 
     patch_vertex[v] = static_cast<int>(region.vertices.size());
     region.vertices.push_back(static_cast<int>(v));
     region.pinned.push_back(!movable[v]);
+    region.beside.push_back(movable[v] && !own[v]);
   }
   std::vector<double> edges;
   for (const int t : region.triangle_ids) {

@@ -20,8 +20,8 @@ constexpr double kStep = 2;
 constexpr int kHalvings = 12;
 // Of the energy: what rounding may add to it.
 constexpr double kRounding = 1e-12;
-// Of the room between walls: used up by so much, the search looks again for what is near.
-constexpr double kUsed = 0.5;
+// Of the room between walls: what a step may take, before the body's surface turns it.
+constexpr double kRoomToTurn = 0.9;
 // Share of the places where the sheet pushes itself that come or go until its stiffness is another,
 // and the iterations that one look at it serves at least.
 constexpr double kMorePushing = 0.2;
@@ -228,6 +228,17 @@ struct Equilibrium::Implementation {
     return std::sqrt(*std::max_element(partial.begin(), partial.end()));
   }
 
+  /// What may be taken of a share of the direction between two looks for what is near, after one
+  /// more look if need be: a little less, for what is put back on the surface.
+  double share_apart(double share) {
+    const auto allowed = [&] {
+      return kRoomToTurn * collision->allowed(now.particles, direction, share / kRoomToTurn);
+    };
+    if (const double at_once = allowed(); at_once >= share) return share;
+    collision->look(now.particles);
+    return allowed();
+  }
+
   void lead(State& to, double share) const {
     for_each_particle(count, [&](std::size_t k, std::size_t) {
       put(to.particles[k], place(now.particles[k]) + share * direction[k]);
@@ -247,13 +258,11 @@ struct Equilibrium::Implementation {
   }
 
   RelaxReport iterate(const EquilibriumOptions& options) {
-    if (collision && (now.kept_inside > 0 || collision->used(now.particles) > kUsed)) {
+    if (now.kept_inside > 0) {
       collision->look(now.particles);
-      if (now.kept_inside > 0) {
-        visit(now);
-        weigh();
-        restart = true;
-      }
+      visit(now);
+      weigh();
+      restart = true;
     }
     if (is_outdated(options.renewal)) renew();
     ++since_renewal;
@@ -278,11 +287,12 @@ struct Equilibrium::Implementation {
     if (!(slope > 0) || !(reach > 0)) return report;
 
     double most = options.largest_move / reach;
-    // A little less than what may be moved, for what is put back on the surface.
-    if (collision) most = 0.9 * collision->allowed(now.particles, direction, most / 0.9);
-    if (!(most > 0)) return report;
     const double curved = curvature(kProbe * most);
     double share = curved > 0 ? std::min(slope / curved, most) : most;
+    if (collision) {
+      share = share_apart(share);
+      if (!(share > 0)) return report;
+    }
     const double limit = now.energy + kRounding * std::abs(now.energy);
     for (int halving = 0;; ++halving, share /= 2) {
       lead(trial, share);
@@ -322,6 +332,10 @@ std::vector<Push> Equilibrium::pushes() const {
   const Implementation& i = *implementation_;
   return i.collision ? by_vertex(i.collision->pushes(i.now.particles), i.elastic)
                      : std::vector<Push>();
+}
+
+bool Equilibrium::is_near_itself() const {
+  return implementation_->collision && implementation_->collision->watched() > 0;
 }
 
 int Equilibrium::kept_inside() const { return implementation_->now.kept_inside; }

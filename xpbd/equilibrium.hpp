@@ -46,6 +46,8 @@ class Equilibrium {
 
   /// What keeps the sheet's surface from passing through itself, by vertex.
   std::vector<Push> pushes() const;
+  /// Whether parts of the sheet lie near each other that are not beside each other on it.
+  bool is_near_itself() const;
   /// Particles that the body should hold on its surface, and that the sheet itself keeps from it.
   int kept_inside() const;
 

@@ -12,13 +12,9 @@ namespace {
 
 // Of two layers of wall: places nearer than that at rest are as good as one.
 constexpr double kJoined = 0.02;
-// Of the distance to what must not be met: less than half, for both may move.
-constexpr double kSafe = 0.45;
-// Of the reach: what a push from outside leaves of the way to others. The pressure is then 7.5 E.
-constexpr double kRoom = 0.25;
 // Of two layers, or of an edge: how far what is near others moves between looks. Less makes for
 // more looks, more for longer lists.
-constexpr double kStepOfReach = 0.1, kStepOfEdge = 0.25;
+constexpr double kStepOfReach = 0.2, kStepOfEdge = 0.25;
 // Of the reach: where edges begin to push. In between vertices alone do.
 constexpr double kEdgeReach = 0.5;
 
@@ -32,10 +28,6 @@ std::vector<Triangle> numbered(std::span<const Triangle> triangles, const Layout
 double largest(std::span<const double> values) {
   return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
 }
-
-/// Cells about as wide as two layers of wall are thick: what is beside a place on the surface comes
-/// nearer to it than that only where the wall is crushed.
-double spacing_of(const Sheet& sheet) { return 2 * largest(sheet.surface->thickness); }
 
 struct Law {
   double energy = 0, force = 0, stiffness = 0;
@@ -61,15 +53,12 @@ Vec3 direction_of(const Nearest& nearest) {
 
 }  // namespace
 
-struct SelfCollision::Found {
-  Near near;  // ranges of this cell's own lists
-  std::vector<EdgePair> edge_pairs;
-};
+double cell_spacing(const SurfaceOfWall& surface) { return 2 * largest(surface.thickness); }
 
 SelfCollision::SelfCollision(const Sheet& sheet, const ElasticSheet& elastic,
                              std::span<const Slot> rest)
     : triangles_(numbered(sheet.surface->triangles, elastic.layout)),
-      cells_(rest, triangles_, spacing_of(sheet)),
+      cells_(rest, triangles_, cell_spacing(*sheet.surface)),
       free_(elastic.free),
       reach_(rest.size(), 0.0),
       stiffness_(rest.size(), 0.0),
@@ -109,7 +98,7 @@ SelfCollision::SelfCollision(const Sheet& sheet, const ElasticSheet& elastic,
   }
   const double reach = largest(reach_);
   step_ = std::max(kStepOfReach * reach, kStepOfEdge * cells_.mean_edge());
-  wide_ = std::max(reach, cells_.mean_edge());
+  wide_ = 0.5 * std::max(reach, cells_.mean_edge());
   search_ = std::max(reach + 2 * step_, step_ / kSafe);
   edge_search_ = std::max(kEdgeReach * reach + 2 * step_, step_ / kSafe);
   find_neighbours();
@@ -167,200 +156,6 @@ void SelfCollision::limit_reach_to_rest() {
     }
   }
   std::sort(joined_.begin(), joined_.end());
-}
-
-bool SelfCollision::joined(int of_vertex_or_edge, int other, bool of_edges) const {
-  return !joined_.empty() && std::binary_search(joined_.begin(), joined_.end(),
-                                                std::array{of_vertex_or_edge, other, +of_edges});
-}
-
-bool SelfCollision::any_free(std::span<const int> particles) const {
-  return std::any_of(particles.begin(), particles.end(), [&](int k) { return free_[at(k)]; });
-}
-
-/// What the vertices and edges of a cell may meet in others; every pair of edges once.
-void SelfCollision::search(int cell, std::span<const int> partners, std::span<const Slot> particles,
-                           Found& found) const {
-  const auto x = [&](int k) { return place(particles[at(k)]); };
-  struct Ball {
-    int item;
-    Vec3 centre;
-    double radius;
-  };
-  std::vector<Ball> near_triangles, near_edges;
-  const auto ball_of_edge = [&](int e) {
-    const auto [i, j] = cells_.edges()[at(e)];
-    return Ball{e, 0.5 * (x(i) + x(j)), 0.5 * (x(i) - x(j)).norm()};
-  };
-  for (const int partner : partners) {
-    for (const int t : cells_.triangles(partner)) {
-      const auto [a, b, c] = triangles_[at(t)];
-      const Vec3 centre = (x(a) + x(b) + x(c)) / 3;
-      near_triangles.push_back(
-          {t, centre,
-           std::sqrt(std::max({(x(a) - centre).squaredNorm(), (x(b) - centre).squaredNorm(),
-                               (x(c) - centre).squaredNorm()}))});
-    }
-    if (partner > cell)
-      for (const int e : cells_.edges(partner)) near_edges.push_back(ball_of_edge(e));
-  }
-  const auto may_be_near = [](const Vec3& centre, double radius, const Ball& ball, double reach) {
-    const double limit = reach + radius + ball.radius;
-    return (centre - ball.centre).squaredNorm() <= limit * limit;
-  };
-  std::vector<NearTriangle> near;
-  for (const int v : cells_.vertices(cell)) {
-    // What may push or be met before both have moved as far as they may.
-    const double reach = std::max(reach_[at(v)] + 2 * step_, step_ / kSafe);
-    near.clear();
-    for (const Ball& ball : near_triangles) {
-      if (!may_be_near(x(v), 0, ball, reach)) continue;
-      const auto [a, b, c] = triangles_[at(ball.item)];
-      if (!any_free(std::array{v, a, b, c}) || joined(v, ball.item, false)) continue;
-      const double distance = point_triangle(x(v), x(a), x(b), x(c)).distance;
-      if (distance <= reach) near.push_back({ball.item, distance, {}});
-    }
-    if (!near.empty()) watch(v, near, particles, found.near);
-  }
-  for (const int e : cells_.edges(cell)) {
-    const Ball own = ball_of_edge(e);
-    const auto [i, j] = cells_.edges()[at(e)];
-    for (const Ball& ball : near_edges) {
-      if (!may_be_near(own.centre, own.radius, ball, edge_search_)) continue;
-      const auto [k, l] = cells_.edges()[at(ball.item)];
-      if (!any_free(std::array{i, j, k, l}) || joined(e, ball.item, true)) continue;
-      const double distance = segment_segment(x(i), x(j), x(k), x(l)).distance;
-      if (distance <= edge_search_) found.edge_pairs.push_back({e, ball.item, distance});
-    }
-  }
-}
-
-/// Lists the triangles, the edges between them and their corners.
-void SelfCollision::watch(int vertex, std::vector<NearTriangle>& triangles,
-                          std::span<const Slot> particles, Near& near) const {
-  std::sort(triangles.begin(), triangles.end(),
-            [](const NearTriangle& a, const NearTriangle& b) { return a.triangle < b.triangle; });
-  const auto listed = [&](int triangle) {
-    const auto found =
-        std::lower_bound(triangles.begin(), triangles.end(), triangle,
-                         [](const NearTriangle& one, int sought) { return one.triangle < sought; });
-    return found != triangles.end() && found->triangle == triangle;
-  };
-  std::vector<int> corners;
-  for (const NearTriangle& t : triangles)
-    corners.insert(corners.end(), triangles_[at(t.triangle)].begin(),
-                   triangles_[at(t.triangle)].end());
-  std::sort(corners.begin(), corners.end());
-  Watched watched;
-  watched.vertex = vertex;
-  watched.first_triangle = near.triangles.size();
-  watched.first_edge = near.edges.size();
-  watched.first_corner = near.corners.size();
-  for (auto corner = corners.begin(); corner != corners.end();) {
-    const auto next = std::upper_bound(corner, corners.end(), *corner);
-    near.corners.push_back({*corner, next - corner == around_[at(*corner)]});
-    corner = next;
-  }
-  const auto first_corner =
-      near.corners.begin() + static_cast<std::ptrdiff_t>(watched.first_corner);
-  const auto local = [&](int particle) {
-    return static_cast<int>(std::lower_bound(first_corner, near.corners.end(), particle,
-                                             [](const NearCorner& corner, int sought) {
-                                               return corner.particle < sought;
-                                             }) -
-                            first_corner);
-  };
-  const auto x = [&](int k) { return place(particles[at(k)]); };
-  for (NearTriangle& t : triangles) {
-    const Triangle& corner = triangles_[at(t.triangle)];
-    for (std::size_t k = 0; k < 3; ++k) {
-      t.corners[k] = local(corner[k]);
-      const int a = corner[k], b = corner[(k + 1) % 3], other = beyond_[at(t.triangle)][k];
-      if (other < t.triangle || !listed(other)) continue;
-      near.edges.push_back({point_segment(x(vertex), x(a), x(b)).distance, {local(a), local(b)}});
-    }
-  }
-  std::sort(triangles.begin(), triangles.end(), [](const NearTriangle& a, const NearTriangle& b) {
-    return std::pair(a.distance, a.triangle) < std::pair(b.distance, b.triangle);
-  });
-  std::sort(near.edges.begin() + static_cast<std::ptrdiff_t>(watched.first_edge), near.edges.end(),
-            [](const NearEdge& a, const NearEdge& b) {
-              return std::pair(a.distance, a.corners) < std::pair(b.distance, b.corners);
-            });
-  near.triangles.insert(near.triangles.end(), triangles.begin(), triangles.end());
-  watched.last_triangle = near.triangles.size();
-  watched.last_edge = near.edges.size();
-  watched.last_corner = near.corners.size();
-  near.vertices.push_back(watched);
-}
-
-void SelfCollision::look(std::span<const Slot> particles) {
-  for_each_particle(particles.size(), [&](std::size_t k, std::size_t) {
-    reference_[k] = place(particles[k]);
-    balls_[k] = wide_;
-  });
-  near_ = {};
-  edge_pairs_.clear();
-  alert_.clear();
-  cells_.place_at(particles);
-  std::vector<std::vector<int>> partners(cells_.size());
-  std::vector<char> alert(cells_.size(), 0);
-  for (const auto& [a, b] : cells_.meetings(search_ + 2 * wide_)) {
-    alert[at(a)] = alert[at(b)] = 1;
-    if (cells_.gap(a, b) > search_) continue;
-    partners[at(a)].push_back(b);
-    partners[at(b)].push_back(a);
-  }
-  std::vector<int> cells;
-  for (std::size_t c = 0; c < cells_.size(); ++c) {
-    if (!alert[c]) continue;
-    for (const int k : cells_.reached(static_cast<int>(c))) {
-      if (balls_[at(k)] != step_) alert_.push_back(k);
-      balls_[at(k)] = step_;
-    }
-    if (!partners[c].empty()) cells.push_back(static_cast<int>(c));
-  }
-  std::vector<Found> found(cells.size());
-  side_by_side(cells.size(), [&](std::size_t n) {
-    search(cells[n], partners[at(cells[n])], particles, found[n]);
-  });
-  std::vector<double> clearance(particles.size(), std::numeric_limits<double>::infinity());
-  const auto clear = [&](int k, double distance) {
-    clearance[at(k)] = std::min(clearance[at(k)], distance);
-  };
-  const auto append = [](auto& to, const auto& from) {
-    to.insert(to.end(), from.begin(), from.end());
-  };
-  for (const Found& of_cell : found) {
-    for (Watched w : of_cell.near.vertices) {
-      w.first_triangle += near_.triangles.size();
-      w.last_triangle += near_.triangles.size();
-      w.first_edge += near_.edges.size();
-      w.last_edge += near_.edges.size();
-      w.first_corner += near_.corners.size();
-      w.last_corner += near_.corners.size();
-      near_.vertices.push_back(w);
-    }
-    append(near_.triangles, of_cell.near.triangles);
-    append(near_.edges, of_cell.near.edges);
-    append(near_.corners, of_cell.near.corners);
-    append(edge_pairs_, of_cell.edge_pairs);
-  }
-  for (const Watched& w : near_.vertices)
-    for (std::size_t n = w.first_triangle; n < w.last_triangle; ++n) {
-      const NearTriangle& near = near_.triangles[n];
-      clear(w.vertex, near.distance);
-      for (const int k : triangles_[at(near.triangle)]) clear(k, near.distance);
-    }
-  for (const EdgePair& pair : edge_pairs_)
-    for (const int e : {pair.a, pair.b})
-      for (const int k : cells_.edges()[at(e)]) clear(k, pair.distance);
-  for (const int k : alert_) balls_[at(k)] = std::min(balls_[at(k)], kSafe * clearance[at(k)]);
-  pushed_balls_ = balls_;
-  for (const int k : alert_)
-    pushed_balls_[at(k)] = std::clamp(kSafe * (clearance[at(k)] - kRoom * reach_[at(k)]), 0.0,
-                                      pushed_balls_[at(k)]);
-  kept_edges_.assign(edge_pairs_.size(), 0.0);
 }
 
 double SelfCollision::used(std::span<const Slot> particles) const {

@@ -9,6 +9,10 @@
 
 namespace vstent::xpbd {
 
+/// Of SurfaceCells, mm: about as wide as two layers of wall are thick. What is beside a place on
+/// the surface comes nearer to it than that only where the wall is crushed.
+double cell_spacing(const SurfaceOfWall& surface);
+
 /// What two places of a surface do to each other, by particle.
 struct Push {
   std::array<int, 4> particles{};   ///< vertex, then triangle; or edge, edge
@@ -69,6 +73,9 @@ class SelfCollision {
   std::size_t joined() const { return joined_.size(); }
 
  private:
+  // Of the distance to what must not be met: less than half, for both may move.
+  static constexpr double kSafe = 0.45;
+
   // Distances are those at the look; `corners` count from Watched::first_corner.
   struct NearTriangle {
     int triangle = 0;
@@ -128,9 +135,9 @@ class SelfCollision {
   double search_ = 0, edge_search_ = 0;              // mm
   std::vector<std::array<int, 3>> joined_;           // vertex or edge, other, of edges; sorted
 
-  std::vector<Vec3> reference_;  // places at the look
+  std::vector<Vec3> reference_;               // places at the look
   std::vector<double> balls_, pushed_balls_;  // mm
-  std::vector<int> alert_;       // particles near others
+  std::vector<int> alert_;                    // particles near others
   Near near_;
   std::vector<EdgePair> edge_pairs_;
   std::vector<double> kept_, kept_edges_;  // N, by particle and by pair of edges

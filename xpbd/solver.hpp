@@ -62,7 +62,8 @@ struct RelaxReport {
   ForceBalance balance;     ///< of the places where the iteration took its forces
 };
 
-/// Holds a sheet in motion; one with a surface does not pass through itself. Results are bit-identical for any number of threads.
+/// Holds a sheet in motion; one with a surface does not pass through itself. Results are
+/// bit-identical for any number of threads.
 class Solver {
  public:
   explicit Solver(const Sheet& sheet);

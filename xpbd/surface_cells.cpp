@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <numeric>
 
 #include "xpbd/neighbourhoods.hpp"
@@ -10,6 +11,11 @@
 
 namespace vstent::xpbd {
 namespace {
+
+// Cells that are beside each other, and those that are if they face the same way (a cosine): for
+// them to meet, a wall would have to fold over a few of its thicknesses.
+constexpr int kBesideRings = 2, kRings = 5;
+constexpr double kSameWay = 0.5;
 
 std::vector<SurfaceCells::Edge> edges_of(std::span<const Triangle> triangles) {
   std::vector<SurfaceCells::Edge> edges;
@@ -95,14 +101,32 @@ SurfaceCells::SurfaceCells(std::span<const Slot> rest, std::span<const Triangle>
     reached_.first.push_back(static_cast<int>(reached_.items.size()));
   }
   for (std::vector<int>& of_one : next_to) sort_out_copies(of_one);
-  for (std::size_t c = 0; c < cells; ++c) {
-    std::vector<int> near = next_to[c];
-    near.push_back(static_cast<int>(c));
-    for (const int between : next_to[c])
-      near.insert(near.end(), next_to[at(between)].begin(), next_to[at(between)].end());
-    sort_out_copies(near);
-    beside_.push_back(std::move(near));
+  std::vector<Vec3> facing(cells, Vec3::Zero());
+  for (const Triangle& t : triangles) {
+    const Vec3 a = place(rest[at(t[0])]);
+    facing[at(home[at(t[0])])] += (place(rest[at(t[1])]) - a).cross(place(rest[at(t[2])]) - a);
   }
+  for (Vec3& normal : facing) normal.normalize();
+  beside_.resize(cells);
+  for_each_particle(cells, [&](std::size_t c, std::size_t) {
+    std::vector<int> seen{static_cast<int>(c)}, rim = seen, next;
+    std::vector<int>& near = beside_[c] = seen;
+    for (int ring = 1; ring <= kRings; ++ring) {
+      next.clear();
+      for (const int cell : rim)
+        next.insert(next.end(), next_to[at(cell)].begin(), next_to[at(cell)].end());
+      sort_out_copies(next);
+      rim.clear();
+      std::set_difference(next.begin(), next.end(), seen.begin(), seen.end(),
+                          std::back_inserter(rim));
+      seen.insert(seen.end(), rim.begin(), rim.end());
+      std::sort(seen.begin(), seen.end());
+      for (const int cell : rim)
+        if (ring <= kBesideRings || facing[at(cell)].dot(facing[c]) > kSameWay)
+          near.push_back(cell);
+    }
+    std::sort(near.begin(), near.end());
+  });
   centres_.resize(cells);
   radii_.resize(cells);
 }

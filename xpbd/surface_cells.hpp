@@ -13,7 +13,8 @@ namespace vstent::xpbd {
 
 /// Vertices, edges and triangles of a surface by cells of about one size along the surface: pairs
 /// of cells are few where pairs of triangles would be many. Cells with at most one other between
-/// them are beside each other: that they are near is how they are made, not a meeting.
+/// them are beside each other, and those with up to four where they face the same way at rest: that
+/// they are near is how they are made, not a meeting.
 class SurfaceCells {
  public:
   using Edge = std::array<int, 2>;
