@@ -56,7 +56,8 @@ void require_sound(const deployment::Metrics& m, const std::filesystem::path& su
               surface.string() + ": the stented surface is damaged (" +
                   std::to_string(m.inverted_triangles) + " inverted triangles, " +
                   std::to_string(m.new_self_intersections) +
-                  " new self-intersections); try a smaller diameter or growth_per_step");
+                  " new self-intersections); try a smaller diameter or growth_per_step, or "
+                  "/wall/self_collision where walls meet");
 }
 
 }  // namespace

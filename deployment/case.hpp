@@ -53,7 +53,7 @@ struct Case {
   std::string modulus_array, thickness_array;  ///< point arrays of the surface, in place of these
   std::string modulus_unit = "MPa";            ///< of modulus_array; thickness is in the file's
   double tissue_support = 0;                   ///< MPa/mm; 0: none
-  /// Walls push each other away and do not cross; default: yes, but not the paper's.
+  /// Walls that come near push each other away and do not cross; default: no.
   std::optional<bool> self_collision;
 
   std::optional<double> contact_distance;   ///< d_c of eq. 3

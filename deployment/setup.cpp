@@ -335,7 +335,7 @@ void derive_wall(Setup& setup) {
       c.thickness = (preset ? preset->thickness_to_radius : 0.15) * radius;
     if (!c.poisson_ratio) c.poisson_ratio = 0.45;
   }
-  if (!c.self_collision) c.self_collision = !c.paper_wall();
+  if (!c.self_collision) c.self_collision = false;
   if (!c.patch_margin) {
     // Edge effects fade over 1/beta = sqrt(R t) / (3 (1 - nu^2))^(1/4) (case V8); four of them, and
     // a diameter for the lengths over which a lumen narrows.

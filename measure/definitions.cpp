@@ -8,6 +8,7 @@ namespace {
 constexpr std::string_view kNoBranch = "no branch leaves the way near the treated length";
 constexpr std::string_view kNoOstium = "no section across the branch's root is closed";
 constexpr std::string_view kDeployOnly = "only a deployment knows it";
+constexpr std::string_view kNotKeptApart = "the wall may pass through itself";
 constexpr std::string_view kNoStruts = "only a deployment of a design knows it";
 constexpr std::string_view kOpen = "the surface is open there";
 
@@ -120,6 +121,15 @@ constexpr Definition kListed[] = {
     {"/simulation/relative_residual", "Force residual", "", "Over the mean contact force.",
      kDeployOnly},
     {"/simulation/contact_force_N", "Contact force", "N", "Sum over the wall.", kDeployOnly},
+    {"/self_contact/places", "Places in self-contact", "",
+     "Vertices, and pairs of edges, that other wall pushes.", kNotKeptApart},
+    {"/self_contact/least_clearance_mm", "Least clearance", "mm",
+     "Between walls that push each other; 0 where none do.", kNotKeptApart},
+    {"/self_contact/force_N", "Force of self-contact", "N", "Sum over both sides.", kNotKeptApart},
+    {"/self_contact/pushed_aside_mm", "Pushed aside", "mm",
+     "The most that the wall further from the stent has moved.", kNotKeptApart},
+    {"/self_contact/places_against_held_wall", "Places against held wall", "",
+     "Where that wall cannot give way.", kNotKeptApart},
     {"/warnings/*", "Warning", "", "What a user should look at first.", "there is none"},
 };
 

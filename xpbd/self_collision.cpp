@@ -12,6 +12,8 @@ namespace {
 
 // Of two layers of wall: places nearer than that at rest are as good as one.
 constexpr double kJoined = 0.02;
+// Of the distance at rest, so that rounding does not push.
+constexpr double kAtRest = 1 - 1e-9;
 // Of two layers, or of an edge: how far what is near others moves between looks. Less makes for
 // more looks, more for longer lists.
 constexpr double kStepOfReach = 0.2, kStepOfEdge = 0.25;
@@ -144,15 +146,15 @@ void SelfCollision::limit_reach_to_rest() {
       if (near.distance < kJoined * reach)
         joined_.push_back({w.vertex, near.triangle, 0});
       else
-        reach = std::min(reach, near.distance);
+        reach = std::min(reach, kAtRest * near.distance);
     }
   for (const EdgePair& pair : edge_pairs_) {
     double &of_a = edge_reach_[at(pair.a)], &of_b = edge_reach_[at(pair.b)];
     if (pair.distance < kJoined * std::min(of_a, of_b)) {
       joined_.push_back({pair.a, pair.b, 1});
     } else {
-      of_a = std::min(of_a, pair.distance);
-      of_b = std::min(of_b, pair.distance);
+      of_a = std::min(of_a, kAtRest * pair.distance);
+      of_b = std::min(of_b, kAtRest * pair.distance);
     }
   }
   std::sort(joined_.begin(), joined_.end());
@@ -339,14 +341,13 @@ std::vector<Link> SelfCollision::links(std::span<const Slot> particles) const {
 
 void SelfCollision::project(std::span<Slot> particles) {
   const double far = moved(particles);
-  const auto one = [&](const Push& push, double stiffness, double& force) {
+  const auto one = [&](const Push& push, double& force) {
     if (!(push.gap < push.reach) && !(force > 0)) return;
     double mobility = 0;
     for (std::size_t k = 0; k < 4; ++k)
       mobility += push.weights[k] * push.weights[k] * particles[at(push.particles[k])].mobility;
-    if (!(stiffness > 0) || !(mobility > 0)) return;
-    const double change =
-        std::max(-force, -(push.gap - push.reach + force / stiffness) / (1 / stiffness + mobility));
+    if (!(mobility > 0)) return;
+    const double change = std::max(-force, (push.reach - push.gap) / mobility);
     force += change;
     for (std::size_t k = 0; k < 4; ++k) {
       Slot& slot = particles[at(push.particles[k])];
@@ -357,14 +358,12 @@ void SelfCollision::project(std::span<Slot> particles) {
     double& force = kept_[at(w.vertex)];
     const Push push = at_vertex(w, particles, far);
     if (push.gap < std::numeric_limits<double>::infinity())
-      one(push, stiffness_[at(w.vertex)], force);
+      one(push, force);
     else
       force = 0;
   }
   for (std::size_t n = 0; n < edge_pairs_.size(); ++n)
-    one(at_edges(edge_pairs_[n], particles),
-        edge_stiffness_[at(edge_pairs_[n].a)] * edge_stiffness_[at(edge_pairs_[n].b)],
-        kept_edges_[n]);
+    one(at_edges(edge_pairs_[n], particles), kept_edges_[n]);
 }
 
 void SelfCollision::add_kept_forces(std::span<const Slot> particles,

@@ -35,7 +35,8 @@ struct Push {
 /// it is near, less their edges, plus their corners (as Li, Kaufman & Jiang 2023 count them in
 /// "Convergent incremental potential contact"): what several share counts once, and, unlike for the
 /// nearest triangle alone, forces change without jumps. Edges push each other only from half of d
-/// on, where surfaces are too coarse for vertices to tell.
+/// on, where surfaces are too coarse for vertices to tell. Walls that face each other from within
+/// the vessel have no layers between them, and are not kept apart.
 ///
 /// After a look every particle may move within a ball, of less than half its distance to what it
 /// must not meet: so nothing can cross between two looks. Results are the same bits for any number
@@ -62,8 +63,9 @@ class SelfCollision {
   Tally add_forces(std::span<const Slot> particles, std::vector<Slot>& forces) const;
   std::vector<Link> links(std::span<const Slot> particles) const;
 
-  /// One pass in the manner of extended position-based dynamics, with mobilities as of the slots;
-  /// forces are kept from pass to pass, those at vertices over looks as well.
+  /// One pass in the manner of extended position-based dynamics, with mobilities as of the slots:
+  /// what is nearer than its reach is put there, as if the wall were rigid. Forces are kept from
+  /// pass to pass, those at vertices over looks as well.
   void project(std::span<Slot> particles);
   void add_kept_forces(std::span<const Slot> particles, std::vector<Slot>& forces) const;
   void forget();

@@ -156,10 +156,10 @@ void SelfCollision::look(std::span<const Slot> particles) {
   std::vector<std::vector<int>> partners(cells_.size());
   std::vector<double> ball(cells_.size(), wide_);
   for (const auto& [a, b] : cells_.meetings(search_ + 2 * wide_)) {
+    if (cells_.back_to_back(a, b)) continue;
     // Cells that are not searched come no nearer to each other than they would be searched.
     const double gap = cells_.gap(a, b);
-    for (const int c : {a, b})
-      ball[at(c)] = std::clamp(0.5 * (gap - search_), step_, ball[at(c)]);
+    for (const int c : {a, b}) ball[at(c)] = std::clamp(0.5 * (gap - search_), step_, ball[at(c)]);
     if (gap > search_) continue;
     partners[at(a)].push_back(b);
     partners[at(b)].push_back(a);

@@ -64,7 +64,7 @@ SurfaceCells::Lists SurfaceCells::gathered(std::size_t cells, std::span<const in
 
 SurfaceCells::SurfaceCells(std::span<const Slot> rest, std::span<const Triangle> triangles,
                            double spacing)
-    : edges_(edges_of(triangles)) {
+    : edges_(edges_of(triangles)), corners_(triangles.begin(), triangles.end()) {
   std::vector<GraphEdge> lengths;
   for (const auto& [i, j] : edges_)
     lengths.push_back({i, j, (place(rest[at(i)]) - place(rest[at(j)])).norm()});
@@ -101,13 +101,11 @@ SurfaceCells::SurfaceCells(std::span<const Slot> rest, std::span<const Triangle>
     reached_.first.push_back(static_cast<int>(reached_.items.size()));
   }
   for (std::vector<int>& of_one : next_to) sort_out_copies(of_one);
-  std::vector<Vec3> facing(cells, Vec3::Zero());
-  for (const Triangle& t : triangles) {
-    const Vec3 a = place(rest[at(t[0])]);
-    facing[at(home[at(t[0])])] += (place(rest[at(t[1])]) - a).cross(place(rest[at(t[2])]) - a);
-  }
-  for (Vec3& normal : facing) normal.normalize();
   beside_.resize(cells);
+  centres_.resize(cells);
+  facing_.resize(cells);
+  radii_.resize(cells);
+  place_at(rest);
   for_each_particle(cells, [&](std::size_t c, std::size_t) {
     std::vector<int> seen{static_cast<int>(c)}, rim = seen, next;
     std::vector<int>& near = beside_[c] = seen;
@@ -122,13 +120,11 @@ SurfaceCells::SurfaceCells(std::span<const Slot> rest, std::span<const Triangle>
       seen.insert(seen.end(), rim.begin(), rim.end());
       std::sort(seen.begin(), seen.end());
       for (const int cell : rim)
-        if (ring <= kBesideRings || facing[at(cell)].dot(facing[c]) > kSameWay)
+        if (ring <= kBesideRings || facing_[at(cell)].dot(facing_[c]) > kSameWay)
           near.push_back(cell);
     }
     std::sort(near.begin(), near.end());
   });
-  centres_.resize(cells);
-  radii_.resize(cells);
 }
 
 void SurfaceCells::place_at(std::span<const Slot> particles) {
@@ -140,11 +136,24 @@ void SurfaceCells::place_at(std::span<const Slot> particles) {
     for (const int v : reached(static_cast<int>(c)))
       squared = std::max(squared, (place(particles[at(v)]) - centres_[c]).squaredNorm());
     radii_[c] = std::sqrt(squared);
+    Vec3 normal = Vec3::Zero();
+    for (const int t : triangles(static_cast<int>(c))) {
+      const Triangle& corner = corners_[at(t)];
+      const Vec3 first = place(particles[at(corner[0])]);
+      normal +=
+          (place(particles[at(corner[1])]) - first).cross(place(particles[at(corner[2])]) - first);
+    }
+    facing_[c] = normal.normalized();
   });
 }
 
 double SurfaceCells::gap(int a, int b) const {
   return (centres_[at(a)] - centres_[at(b)]).norm() - radii_[at(a)] - radii_[at(b)];
+}
+
+bool SurfaceCells::back_to_back(int a, int b) const {
+  const Vec3 across = centres_[at(b)] - centres_[at(a)];
+  return facing_[at(a)].dot(across) < 0 && facing_[at(b)].dot(across) > 0;
 }
 
 bool SurfaceCells::beside(int a, int b) const {

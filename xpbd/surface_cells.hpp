@@ -39,6 +39,8 @@ class SurfaceCells {
   /// Pairs (a < b), sorted, of cells that are not beside each other, no further than `reach` (mm)
   /// apart: from a uniform grid over the centres.
   std::vector<std::pair<int, int>> meetings(double reach) const;
+  /// Whether two cells face away from each other: they see each other from within the vessel.
+  bool back_to_back(int a, int b) const;
 
  private:
   struct Lists {
@@ -53,7 +55,8 @@ class SurfaceCells {
   double mean_edge_ = 0;
   Lists vertices_, edges_of_, triangles_of_, reached_;
   std::vector<std::vector<int>> beside_;  // sorted
-  std::vector<Vec3> centres_;
+  std::vector<Triangle> corners_;         // by triangle
+  std::vector<Vec3> centres_, facing_;
   std::vector<double> radii_;
 };
 

@@ -77,9 +77,9 @@ Case make_case(const std::filesystem::path& surface, const json& wall) {
   return parse_case(whole, "test", "/");
 }
 
-WholeRun run(const TemporaryFolder& folder, double edge, const json& wall = json::object()) {
+WholeRun run(const TemporaryFolder& folder, double edge, bool kept_apart = true) {
   write(pair_of_vessels(edge), folder / "pair.vtp");
-  return tests::run(folder, make_case(folder / "pair.vtp", wall));
+  return tests::run(folder, make_case(folder / "pair.vtp", {{"self_collision", kept_apart}}));
 }
 
 /// mm along x, away from the stented vessel, of the other one's near wall beside the stent's
@@ -114,7 +114,7 @@ TEST(SelfCollision, AStentedVesselPushesTheOneBesideItAside) {
   EXPECT_LE(pushed_aside(apart), 1.3 * widened);
   EXPECT_GE(apart.outcome.self_contact.pushed_aside, widened - 0.2 * kBetween);
 
-  const WholeRun crossed = run(folder, 0.8, {{"self_collision", false}});
+  const WholeRun crossed = run(folder, 0.8, false);
   EXPECT_GT(crossed.metrics.new_self_intersections, 0u);
   EXPECT_EQ(pushed_aside(crossed), 0);
 }
