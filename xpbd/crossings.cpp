@@ -14,6 +14,8 @@ constexpr int kLooks = 500;
 constexpr double kTogether = 0.01;
 // mm: as good as there.
 constexpr double kThere = 1e-9;
+// Of the way that is left: what does not come further by so much in a look is held up.
+constexpr double kHeldUp = 1e-3;
 
 double volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   return (b - a).cross(c - a).dot(d - a);
@@ -83,7 +85,7 @@ std::vector<Vec3> lead_apart(const Sheet& sheet, std::span<const Vec3> target) {
       put(particles[k], to);
       moved = std::max(moved, (to - from).norm());
     }
-    if (farthest <= kThere || moved <= kThere) break;
+    if (farthest <= kThere || moved <= kHeldUp * farthest) break;
   }
   std::vector<Vec3> places(sheet.positions);
   for (std::size_t k = 0; k < particles.size(); ++k)

@@ -6,7 +6,9 @@
 
 #include "tests/data.hpp"
 #include "tests/deployment/whole_run.hpp"
+#include "vessels/error.hpp"
 #include "vessels/idealised.hpp"
+#include "xpbd/crossings.hpp"
 
 namespace vstent::deployment {
 namespace {
@@ -114,9 +116,50 @@ TEST(SelfCollision, AStentedVesselPushesTheOneBesideItAside) {
   EXPECT_LE(pushed_aside(apart), 1.3 * widened);
   EXPECT_GE(apart.outcome.self_contact.pushed_aside, widened - 0.2 * kBetween);
 
+  // Edges half as long again: inscribed polygons of edge h lie h^2 / (8 R) inside their circles,
+  // on both sides, and as much in where the near wall comes to rest.
+  const WholeRun coarser = run(folder, 1.2);
+  EXPECT_EQ(coarser.metrics.new_self_intersections, 0u);
+  EXPECT_NEAR(coarser.outcome.self_contact.pushed_aside, apart.outcome.self_contact.pushed_aside,
+              3 * 1.2 * 1.2 / (8 * kRadius));
+
   const WholeRun crossed = run(folder, 0.8, false);
   EXPECT_GT(crossed.metrics.new_self_intersections, 0u);
   EXPECT_EQ(pushed_aside(crossed), 0);
+}
+
+TEST(SelfCollision, NeedsAWallWithAThickness) {
+  EXPECT_THROW(make_case("pair.vtp", {{"preset", "paper"}, {"self_collision", true}}), Error);
+}
+
+// A fine wall that would be handed a shape in which two vessels have changed places is led towards
+// it until they meet.
+TEST(SelfCollision, AShapeThatCrossesIsApproachedOnlyAsFarAsItGoes) {
+  const TriangleMesh one = vessels::idealised_vessel({.radius = 2, .length = 8, .stenosis = 0});
+  TriangleMesh both = one;
+  const int count = static_cast<int>(one.points.size());
+  for (const Vec3& p : one.points) both.points.push_back(p + Vec3(5, 0, 0));
+  for (const Triangle& t : one.triangles)
+    both.triangles.push_back({t[0] + count, t[1] + count, t[2] + count});
+  xpbd::Sheet sheet =
+      xpbd::make_sheet(both.points, both.triangles, std::vector<char>(both.points.size(), 0),
+                       xpbd::Membrane{1, 0.1, 0.45});
+  sheet.surface = xpbd::SurfaceOfWall{both.triangles, std::vector<double>(both.points.size(), 0.1),
+                                      std::vector<double>(both.points.size(), 1)};
+  std::vector<Vec3> target = both.points;
+  for (std::size_t v = 0; v < target.size(); ++v) target[v].x() += v < one.points.size() ? 1 : -1;
+  EXPECT_EQ(xpbd::crossings(*sheet.surface, both.points, both.points), 0u);
+  EXPECT_GT(xpbd::crossings(*sheet.surface, both.points, target), 0u);
+  const std::vector<Vec3> reached = xpbd::lead_apart(sheet, target);
+  EXPECT_EQ(xpbd::crossings(*sheet.surface, both.points, reached), 0u);
+  double farthest = 0;
+  for (std::size_t v = 0; v < one.points.size(); ++v)
+    farthest = std::max(farthest, reached[v].x() - both.points[v].x());
+  EXPECT_GT(farthest, 0.4);  // they were 1 mm apart
+
+  for (std::size_t v = 0; v < target.size(); ++v) target[v] = both.points[v] + Vec3(0.3, 0.1, 0);
+  const std::vector<Vec3> there = xpbd::lead_apart(sheet, target);
+  for (std::size_t v = 0; v < target.size(); ++v) EXPECT_LT((there[v] - target[v]).norm(), 1e-6);
 }
 
 }  // namespace

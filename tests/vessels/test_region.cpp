@@ -138,6 +138,33 @@ TEST(Region, CapsNeverMove) {
   EXPECT_EQ(movable(region), expected);
 }
 
+TEST(Region, AVesselThatIsReachedGivesWayAndOneThatIsNotStays) {
+  TriangleMesh mesh = vessel();
+  const std::size_t own = mesh.points.size();
+  const TriangleMesh beside = vessel();
+  for (const Vec3& p : beside.points) mesh.points.push_back(p + Vec3(4.3, 0, 0));
+  for (const Triangle& t : beside.triangles) {
+    const int first = static_cast<int>(own);
+    mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  }
+  const std::vector<double> reach{2.6, 2.6};
+  const Region alone = find_region(mesh, {}, axis(7, 13), reach);
+  for (const double reached : {2.2, 2.5}) {  // the other wall begins at 2.3
+    const Region both = find_region(mesh, {}, axis(7, 13), reach,
+                                    {axis(7, 13), std::vector<double>{reached, reached}, 2});
+    int giving_way = 0;
+    for (std::size_t i = 0; i < both.vertices.size(); ++i) {
+      EXPECT_EQ(both.beside[i] && !both.pinned[i], at(both.vertices[i]) >= own && !both.pinned[i]);
+      giving_way += both.beside[i];
+    }
+    EXPECT_EQ(giving_way > 0, reached > 2.3);
+    if (giving_way == 0) {
+      EXPECT_EQ(both.vertices, alone.vertices);
+    }
+    expect_well_formed(both, mesh);
+  }
+}
+
 TEST(Region, RefusesAReachThatNoWallLiesIn) {
   EXPECT_THROW(find_region(vessel(), {}, axis(7, 13), std::vector<double>{1.9, 1.9}),
                std::invalid_argument);
