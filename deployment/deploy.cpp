@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <limits>
 
+#include "deployment/give_way.hpp"
 #include "deployment/stent_contact.hpp"
 #include "deployment/wall_levels.hpp"
 #include "vessels/error.hpp"
@@ -31,6 +34,10 @@ constexpr double kExact = 1e-4;
 // every row of vertices that slides over it is caught, and where the wall comes to rest depends on
 // how it came.
 constexpr double kEdgeRounding = 2;
+// Of the contact force: what may push a stent that gives way without being balanced.
+constexpr double kStentAtRest = 1e-3;
+// At it that are enough for any stent that comes to rest.
+constexpr int kLooks = 100;
 // k dt^2/m; with kept multipliers and two sweeps or more this stays stable.
 constexpr double kKappa = 1.0;
 
@@ -99,27 +106,41 @@ class Run {
         walls_(make_walls(setup)) {
     for (std::size_t level = 0; level + 1 < walls_.size(); ++level)
       finer_.emplace_back(walls_[level].mesh, walls_[level + 1].mesh);
+    if (case_.gives_way) gives_.emplace(setup);
   }
 
   Outcome finish() {
     grow();
+    if (gives_) stent_.reshape(gives_->envelope());
     for (; level_ + 1 < walls_.size(); ++level_) {
-      settle_on_surface(level_ == 0 ? kExact : kRough, kEdgeRounding * walls_[level_].edge_length);
+      if (level_ == 0) give_way();
+      settle_on_surface(level_ == 0 ? kExact : kRough, edge_rounding());
       places_ = finer_[level_](places_);
     }
     if (!stent_.rigid()) {
       settle_by_relaxation();
     } else if (!setup_.has_struts()) {
+      give_way();
       settle_on_surface(*case_.tolerance);
     } else {
+      // Coarser walls, where there are any, have brought it to rest.
+      if (walls_.size() == 1) give_way();
+      if (gives_) stent_.reshape(inflated(setup_, at_rest(), 1));
       settle_on_surface(kRough);
-      stent_.deflate(stent_state(setup_, 1));
+      stent_.deflate(at_rest());
       if (stent_.on_struts())
         settle_by_relaxation();
       else
         settle_on_surface(*case_.tolerance);
     }
     outcome_.patch = std::move(places_);
+    if (gives_) outcome_.given_way = gives_->report();
+    StentState final_state = at_rest();
+    outcome_.axis = final_state.axis;
+    outcome_.radii = final_state.radii;
+    outcome_.stent = shape_of(setup_, final_state);
+    outcome_.struts = std::move(final_state.struts);
+    outcome_.surface = std::move(final_state.surface);
     return std::move(outcome_);
   }
 
@@ -146,6 +167,8 @@ class Run {
     }
   }
 
+  StentState at_rest() const { return gives_ ? gives_->at_rest() : stent_state(setup_, 1); }
+
   bool may_go_on() const { return settling_steps_ < *case_.max_settling_steps; }
 
   void settle_on_surface(double tolerance, double edge_radius = 0) {
@@ -163,11 +186,28 @@ class Run {
         outcome_.converged = report.balance.relative <= tolerance;
       }
       places_.assign(equilibrium.positions().begin(), equilibrium.positions().end());
+      if (gives_) contact_forces_ = equilibrium.contact_forces();
       note(record, equilibrium.balance());
       if (equilibrium.balance().relative < 0.9 * least) {
         least = equilibrium.balance().relative;
         stalled = -1;
       }
+    }
+  }
+
+  double edge_rounding() const { return kEdgeRounding * walls_[level_].edge_length; }
+
+  /// Wall and stent settle in turn until forces balance on both.
+  void give_way() {
+    if (!gives_) return;
+    gives_->new_wall();
+    for (int look = 1; look <= kLooks && may_go_on(); ++look) {
+      stent_.reshape(gives_->envelope());
+      settle_on_surface(kExact, edge_rounding());
+      gives_->settled(places_, contact_forces_, outcome_.history.back().energy);
+      if (std::getenv("SHOW")) std::printf("look %d level %zu steps %d res %g unbalanced %g shift %g energy %.9g share %g\n", look, level_, (int)outcome_.history.size(), outcome_.history.back().residual, gives_->report().unbalanced, gives_->report().shift, outcome_.history.back().energy, gives_->report().smallest_radius_share);
+      if (!outcome_.converged || gives_->report().unbalanced <= kStentAtRest) return;
+      gives_->move_on();
     }
   }
 
@@ -242,6 +282,8 @@ class Run {
   StentContact stent_;
   std::vector<Wall> walls_;          // from coarse to fine
   std::vector<Prolongation> finer_;  // from each to the next
+  std::optional<GiveWay> gives_;     // a stent that does
+  std::vector<Vec3> contact_forces_;
   std::size_t level_ = 0;
   std::vector<Vec3> places_;  // of the wall at this level
   int settling_steps_ = 0;
@@ -261,12 +303,6 @@ Outcome deploy(const Setup& setup, const Observer& observe) {
     outcome.positions[v] = outcome.patch[i];
     outcome.moved[v] = 1;
   }
-  StentState final_state = stent_state(setup, 1);
-  outcome.axis = final_state.axis;
-  outcome.radii = final_state.radii;
-  outcome.stent = shape_of(setup, final_state);
-  outcome.struts = std::move(final_state.struts);
-  outcome.surface = std::move(final_state.surface);
   outcome.contact_force = outcome.history.empty() ? 0 : outcome.history.back().contact_force;
   return outcome;
 }

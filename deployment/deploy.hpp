@@ -3,6 +3,7 @@
 
 #include <functional>
 
+#include "deployment/give_way.hpp"
 #include "deployment/stent_model.hpp"
 #include "sdf/level_set.hpp"
 #include "xpbd/solver.hpp"
@@ -33,6 +34,7 @@ struct Outcome {
   StentShape stent;             ///< its outer surface, or its struts
   std::optional<stents::PlacedStent> struts;
   std::shared_ptr<const stents::SurfaceMap> surface;  ///< null for all but a surface
+  std::optional<GivenWay> given_way;  ///< nothing for a rigid stent
   std::vector<StepRecord> history;
   std::vector<Vec3> patch;  ///< of the patch's vertices, mm
   bool converged = false;

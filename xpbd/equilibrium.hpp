@@ -42,6 +42,7 @@ class Equilibrium {
 
   std::span<const Vec3> positions() const;  ///< by vertex, mm
   ForceBalance balance() const;             ///< at the present places
+  std::vector<Vec3> contact_forces() const;  ///< by vertex, N: what the body pushes it with
 
  private:
   struct Implementation;
