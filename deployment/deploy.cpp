@@ -35,7 +35,10 @@ constexpr double kExact = 1e-4;
 // how it came.
 constexpr double kEdgeRounding = 2;
 // Of the contact force: what may push a stent that gives way without being balanced.
-constexpr double kStentAtRest = 1e-3;
+constexpr double kStentAtRest = 2e-4;
+// While it looks for its rest.
+constexpr double kLook = 1e-3;
+constexpr int kStalledLook = 5;
 // At it that are enough for any stent that comes to rest.
 constexpr int kLooks = 100;
 // k dt^2/m; with kept multipliers and two sweeps or more this stays stable.
@@ -113,18 +116,19 @@ class Run {
     grow();
     if (gives_) stent_.reshape(gives_->envelope());
     for (; level_ + 1 < walls_.size(); ++level_) {
-      if (level_ == 0) give_way();
+      if (level_ == 0) give_way(edge_rounding());
       settle_on_surface(level_ == 0 ? kExact : kRough, edge_rounding());
       places_ = finer_[level_](places_);
     }
     if (!stent_.rigid()) {
       settle_by_relaxation();
     } else if (!setup_.has_struts()) {
+      if (walls_.size() == 1) give_way(edge_rounding());
       give_way();
       settle_on_surface(*case_.tolerance);
     } else {
       // Coarser walls, where there are any, have brought it to rest.
-      if (walls_.size() == 1) give_way();
+      if (walls_.size() == 1) give_way(edge_rounding());
       if (gives_) stent_.reshape(inflated(setup_, at_rest(), 1));
       settle_on_surface(kRough);
       stent_.deflate(at_rest());
@@ -134,6 +138,7 @@ class Run {
         settle_on_surface(*case_.tolerance);
     }
     outcome_.patch = std::move(places_);
+    if (std::getenv("SHOW") && gives_ && !contact_forces_.empty()) { gives_->settled(places_ = outcome_.patch, contact_forces_, 0); std::printf("final unbalanced %g\n", gives_->report().unbalanced); }
     if (gives_) outcome_.given_way = gives_->report();
     StentState final_state = at_rest();
     outcome_.axis = final_state.axis;
@@ -171,12 +176,13 @@ class Run {
 
   bool may_go_on() const { return settling_steps_ < *case_.max_settling_steps; }
 
-  void settle_on_surface(double tolerance, double edge_radius = 0) {
+  void settle_on_surface(double tolerance, double edge_radius = 0,
+                         int most_stalled = kStalledRounds) {
     const Wall& wall = walls_[level_];
     xpbd::Equilibrium equilibrium(wall.sheet, places_, stent_.exact_surface(edge_radius));
     outcome_.converged = false;
     double least = std::numeric_limits<double>::infinity();
-    for (int stalled = 0; !outcome_.converged && may_go_on() && stalled < kStalledRounds;
+    for (int stalled = 0; !outcome_.converged && may_go_on() && stalled < most_stalled;
          ++stalled) {
       StepRecord record;
       record.settling = true;
@@ -195,18 +201,21 @@ class Run {
     }
   }
 
-  double edge_rounding() const { return kEdgeRounding * walls_[level_].edge_length; }
+  double edge_rounding() const { return (std::getenv("ER")?std::atof(std::getenv("ER")):kEdgeRounding) * walls_[level_].edge_length; }
 
   /// Wall and stent settle in turn until forces balance on both.
-  void give_way() {
+  void give_way(double edge_radius = 0) {
     if (!gives_) return;
     gives_->new_wall();
+    double tolerance = kLook;
     for (int look = 1; look <= kLooks && may_go_on(); ++look) {
       stent_.reshape(gives_->envelope());
-      settle_on_surface(kExact, edge_rounding());
+      settle_on_surface(tolerance, edge_radius, kStalledLook);
       gives_->settled(places_, contact_forces_, outcome_.history.back().energy);
+      const double unbalanced = gives_->report().unbalanced;
       if (std::getenv("SHOW")) std::printf("look %d level %zu steps %d res %g unbalanced %g shift %g energy %.9g share %g\n", look, level_, (int)outcome_.history.size(), outcome_.history.back().residual, gives_->report().unbalanced, gives_->report().shift, outcome_.history.back().energy, gives_->report().smallest_radius_share);
-      if (!outcome_.converged || gives_->report().unbalanced <= kStentAtRest) return;
+      if (unbalanced <= kStentAtRest) return;
+      tolerance = std::clamp(0.05 * unbalanced, kExact, kLook);
       gives_->move_on();
     }
   }

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "sdf/polyline.hpp"
 
@@ -29,7 +30,27 @@ void RestSearch::guess_stiffness(double contact_force) {
   stiffness_ = stent_.stiffness() + contact_force / radius * stent_.mean_square();
 }
 
+/// The guess for the axis, and that for the radii, may be wrong by a factor: the first look tells.
+void RestSearch::scale_guess(const VectorXd& moved, const VectorXd& resisted) {
+  const Eigen::MatrixXd wall = stiffness_ - stent_.stiffness();
+  const VectorXd by_wall = resisted - stent_.stiffness() * moved;
+  const Eigen::Index losses = stent_.losses(), axis = stent_.unknowns() - losses;
+  const auto scale = [&](Eigen::Index from, Eigen::Index count) {
+    if (count == 0) return;
+    const auto block = wall.block(from, from, count, count);
+    const auto part = moved.segment(from, count);
+    const double guessed = part.dot(block * part);
+    if (!(guessed > 0)) return;
+    const double factor =
+        std::clamp(part.dot(by_wall.segment(from, count)) / guessed, kSoftest * kSoftest, 100.0);
+    stiffness_.block(from, from, count, count) += (factor - 1) * block;
+  };
+  scale(0, axis);
+  scale(axis, losses);
+}
+
 void RestSearch::learn(const VectorXd& moved, const VectorXd& resisted) {
+  if (!std::exchange(scaled_, true)) scale_guess(moved, resisted);
   const VectorXd known = stiffness_ * moved;
   const double expected = moved.dot(known);
   if (!(expected > 0)) return;

@@ -27,6 +27,7 @@ class RestSearch {
 
  private:
   void guess_stiffness(double contact_force);
+  void scale_guess(const Eigen::VectorXd& moved, const Eigen::VectorXd& resisted);
   void learn(const Eigen::VectorXd& moved, const Eigen::VectorXd& resisted);
 
   const YieldingStent& stent_;
@@ -38,6 +39,7 @@ class RestSearch {
   };
   std::optional<Look> best_;
   Eigen::MatrixXd stiffness_;  // of wall and stent together
+  bool scaled_ = false;
 };
 
 }  // namespace vstent::deployment

@@ -40,6 +40,7 @@ class YieldingStent {
   YieldingStent(StentLine unloaded, StentStiffness stiffness);
 
   Eigen::Index unknowns() const;
+  Eigen::Index losses() const { return losses_; }  ///< of them, at the end: losses of radius
   StentLine shape(const Eigen::VectorXd& unknowns) const;
 
   /// N mm: EI/2 times the square of the change of curvature, and k times that of the loss of
