@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <limits>
 
 #include "deployment/give_way.hpp"
@@ -34,12 +32,15 @@ constexpr double kExact = 1e-4;
 // every row of vertices that slides over it is caught, and where the wall comes to rest depends on
 // how it came.
 constexpr double kEdgeRounding = 2;
-// Of the contact force: what may push a stent that gives way without being balanced.
+// Of the contact force: what may push a stent that gives way without being balanced, while its
+// rest is looked for and at the end. At the first its axis lies within 0.1 % of its radius of it.
 constexpr double kStentAtRest = 2e-4;
-// While it looks for its rest.
+constexpr double kStentBalanced = 1e-3;
+// While it is looked for: how well the wall settles, but better the nearer it is; rounds without
+// progress; and looks that are enough for any stent that has a rest.
 constexpr double kLook = 1e-3;
+constexpr double kLookOfUnbalanced = 0.05;
 constexpr int kStalledLook = 5;
-// At it that are enough for any stent that comes to rest.
 constexpr int kLooks = 100;
 // k dt^2/m; with kept multipliers and two sweeps or more this stays stable.
 constexpr double kKappa = 1.0;
@@ -137,9 +138,9 @@ class Run {
       else
         settle_on_surface(*case_.tolerance);
     }
+    if (gives_) judge_stent();
     outcome_.patch = std::move(places_);
-    if (std::getenv("SHOW") && gives_ && !contact_forces_.empty()) { gives_->settled(places_ = outcome_.patch, contact_forces_, 0); std::printf("final unbalanced %g\n", gives_->report().unbalanced); }
-    if (gives_) outcome_.given_way = gives_->report();
+    outcome_.nominal_radii = stent_state(setup_, 1).radii;
     StentState final_state = at_rest();
     outcome_.axis = final_state.axis;
     outcome_.radii = final_state.radii;
@@ -182,8 +183,7 @@ class Run {
     xpbd::Equilibrium equilibrium(wall.sheet, places_, stent_.exact_surface(edge_radius));
     outcome_.converged = false;
     double least = std::numeric_limits<double>::infinity();
-    for (int stalled = 0; !outcome_.converged && may_go_on() && stalled < most_stalled;
-         ++stalled) {
+    for (int stalled = 0; !outcome_.converged && may_go_on() && stalled < most_stalled; ++stalled) {
       StepRecord record;
       record.settling = true;
       for (int i = 0; i < kSettlingIterations && !outcome_.converged; ++i) {
@@ -201,7 +201,15 @@ class Run {
     }
   }
 
-  double edge_rounding() const { return (std::getenv("ER")?std::atof(std::getenv("ER")):kEdgeRounding) * walls_[level_].edge_length; }
+  /// Where it came to rest; around struts as the wall's envelope left it.
+  void judge_stent() {
+    if (!setup_.has_struts())
+      gives_->settled(places_, contact_forces_, outcome_.history.back().energy);
+    outcome_.given_way = gives_->report();
+    outcome_.converged = outcome_.converged && outcome_.given_way->unbalanced <= kStentBalanced;
+  }
+
+  double edge_rounding() const { return kEdgeRounding * walls_[level_].edge_length; }
 
   /// Wall and stent settle in turn until forces balance on both.
   void give_way(double edge_radius = 0) {
@@ -213,9 +221,8 @@ class Run {
       settle_on_surface(tolerance, edge_radius, kStalledLook);
       gives_->settled(places_, contact_forces_, outcome_.history.back().energy);
       const double unbalanced = gives_->report().unbalanced;
-      if (std::getenv("SHOW")) std::printf("look %d level %zu steps %d res %g unbalanced %g shift %g energy %.9g share %g\n", look, level_, (int)outcome_.history.size(), outcome_.history.back().residual, gives_->report().unbalanced, gives_->report().shift, outcome_.history.back().energy, gives_->report().smallest_radius_share);
       if (unbalanced <= kStentAtRest) return;
-      tolerance = std::clamp(0.05 * unbalanced, kExact, kLook);
+      tolerance = std::clamp(kLookOfUnbalanced * unbalanced, kExact, kLook);
       gives_->move_on();
     }
   }
@@ -277,6 +284,10 @@ class Run {
     record.residual = balance.relative;
     record.contact_force = balance.contact_force_sum;
     record.energy = balance.energy;
+    if (gives_) {
+      record.stent_shift = gives_->report().shift;
+      record.stent_unbalanced = gives_->report().unbalanced;
+    }
     outcome_.history.push_back(record);
     std::vector<Vec3> finest = places_;
     for (std::size_t level = level_; level < finer_.size(); ++level) finest = finer_[level](finest);

@@ -1,12 +1,18 @@
 #include "deployment/give_way.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "vessels/text.hpp"
 
 namespace vstent::deployment {
 namespace {
 
 // Of the stent's radius, in one look: the wall follows that far without folding.
 constexpr double kLargestMove = 0.15;
+// Of its diameter.
+constexpr double kNotableLoss = 0.05;
 
 }  // namespace
 
@@ -40,11 +46,13 @@ void GiveWay::settled(std::span<const Vec3> places, std::span<const Vec3> contac
   energy_ = energy + stent_.energy(search_.place());
   report_.unbalanced = contact_force_ > 0 ? largest_force(stent_, forces_) / contact_force_ : 0;
   report_.shift = 0;
-  report_.smallest_radius_share = 1;
+  report_.smallest_share = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < line_.axis.size(); ++i) {
     report_.shift = std::max(report_.shift, (line_.axis[i] - prescribed_.axis[i]).norm());
-    report_.smallest_radius_share =
-        std::min(report_.smallest_radius_share, line_.radii[i] / prescribed_.radii[i]);
+    const double share = line_.radii[i] / prescribed_.radii[i];
+    if (share >= report_.smallest_share) continue;
+    report_.smallest_share = share;
+    report_.smallest_diameter = 2 * line_.radii[i];
   }
   ++report_.looks;
 }
@@ -57,5 +65,12 @@ void GiveWay::move_on() {
 void GiveWay::new_wall() { search_.forget_forces(); }
 
 StentState GiveWay::at_rest() const { return yielded_state(setup_, line_); }
+
+std::optional<std::string> narrowed_warning(const GivenWay& given) {
+  if (given.smallest_share > 1 - kNotableLoss) return std::nullopt;
+  return "the wall holds the stent down to " + vessels::mm(given.smallest_diameter) + ", " +
+         vessels::number(std::round(1000 * (1 - given.smallest_share)) / 10) +
+         " % short of its diameter there; a stiffer or larger stent opens it further";
+}
 
 }  // namespace vstent::deployment

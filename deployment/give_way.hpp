@@ -8,11 +8,15 @@ namespace vstent::deployment {
 
 /// Where a stent that gave way came to rest.
 struct GivenWay {
-  double shift = 0;       ///< mm, largest, of the axis from where it was prescribed
-  double unbalanced = 0;  ///< force on it that nothing balances, over the sum of contact forces
-  double smallest_radius_share = 1;  ///< of the unloaded outer radius
-  int looks = 0;                     ///< walls that were settled to find it
+  double shift = 0;           ///< mm, largest, of the axis from where it was prescribed
+  double unbalanced = 0;      ///< force on it that nothing balances, over the sum of contact forces
+  double smallest_share = 1;  ///< of the unloaded diameter, where it is narrowed most
+  double smallest_diameter = 0;  ///< mm, outer, there
+  int looks = 0;                 ///< settled walls that it took
 };
+
+/// Where the wall takes more than a twentieth of its diameter.
+std::optional<std::string> narrowed_warning(const GivenWay& given);
 
 /// The expanded stent of a case with `gives_way`. While it looks for its rest the wall lies on its
 /// envelope, without what a balloon is wider by for recoil.

@@ -26,6 +26,7 @@ class RestSearch {
   void forget_forces();
 
  private:
+  double size(const Eigen::VectorXd& move) const;
   void guess_stiffness(double contact_force);
   void scale_guess(const Eigen::VectorXd& moved, const Eigen::VectorXd& resisted);
   void learn(const Eigen::VectorXd& moved, const Eigen::VectorXd& resisted);
@@ -38,7 +39,7 @@ class RestSearch {
     double energy = 0;
   };
   std::optional<Look> best_;
-  Eigen::MatrixXd stiffness_;  // of wall and stent together
+  Eigen::MatrixXd wall_;  // its stiffness as felt by the stent
   bool scaled_ = false;
 };
 

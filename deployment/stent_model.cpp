@@ -114,6 +114,16 @@ double largest_protrusion(const StentState& state) {
   return largest;
 }
 
+/// Of the frames that carry its struts, at its proximal end.
+Vec3 first_normal(const Setup& setup, const StentState& state) {
+  const Polyline& native = setup.placement.long_axis;
+  const Polyline line = stents::straightened(native, state.straightening);
+  const stents::AxisWithFrames axis =
+      stents::with_frames(line, stents::rotation_minimising_frames(native).front().normal);
+  const PolylinePlace place = nearest_place(axis.points, axis.arc, state.axis.front());
+  return axis.frames[static_cast<std::size_t>(place.segment)].normal;
+}
+
 Polyline continued_straight(const Polyline& line, double by) {
   const std::size_t n = line.size();
   Polyline result;
@@ -150,8 +160,7 @@ StentState yielded_state(const Setup& setup, const StentLine& line) {
     state.axis = line.axis;
     return state;
   }
-  // Rings turn with the axis that they were on.
-  const Vec3 normal = stents::rotation_minimising_frames(state.axis).front().normal;
+  const Vec3 normal = first_normal(setup, state);
   const double overhang = 0.5 * setup.stent.diameter;
   const stents::AxisWithFrames axis =
       stents::with_frames(continued_straight(line.axis, overhang), normal);

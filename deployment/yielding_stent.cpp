@@ -65,7 +65,8 @@ std::vector<Matrix3d> segment_frames(const Polyline& axis) {
       frames.push_back(frame(tangent.cross(Vec3::Unit(smallest)).normalized(), tangent));
     } else {
       const Matrix3d& before = frames.back();
-      const Vec3 normal = Eigen::Quaterniond::FromTwoVectors(before.col(2), tangent) * before.col(0);
+      const Vec3 normal =
+          Eigen::Quaterniond::FromTwoVectors(before.col(2), tangent) * before.col(0);
       frames.push_back(frame((normal - normal.dot(tangent) * tangent).normalized(), tangent));
     }
   }
@@ -162,8 +163,7 @@ YieldingStent::Posed YieldingStent::pose(const VectorXd& unknowns) const {
     return Matrix3d(frames_[i - 1].transpose() * frames_[i] * rotation(p.turns[i]));
   };
   for (std::size_t i = middle_ + 1; i < segments; ++i) p.frames[i] = p.frames[i - 1] * joint(i);
-  for (std::size_t i = middle_; i > 0; --i)
-    p.frames[i - 1] = p.frames[i] * joint(i).transpose();
+  for (std::size_t i = middle_; i > 0; --i) p.frames[i - 1] = p.frames[i] * joint(i).transpose();
 
   const auto segment_length = [&](std::size_t i) { return arc_[i + 1] - arc_[i]; };
   const Vec3 centre = 0.5 * (unloaded_.axis[middle_] + unloaded_.axis[middle_ + 1]) +
@@ -228,10 +228,11 @@ VectorXd YieldingStent::forces(const VectorXd& unknowns, std::span<const Push> p
   if (bends_ > 0) {
     // A turn at an inner point takes along what lies beyond it, seen from the middle.
     VectorXd first = VectorXd::Zero(basis_.rows()), second = first;
-    const auto add = [&](std::size_t i, const Vec3& beyond, const Vec3& beyond_moment, double sign) {
+    const auto add = [&](std::size_t i, const Vec3& beyond, const Vec3& beyond_moment,
+                         double sign) {
       const Vec3 about_point = beyond_moment - p.line.axis[i].cross(beyond);
-      const Vec3 local = growth_of_rotation(-p.turns[i]).transpose() *
-                         (p.frames[i].transpose() * about_point);
+      const Vec3 local =
+          growth_of_rotation(-p.turns[i]).transpose() * (p.frames[i].transpose() * about_point);
       const double reach = sign * 0.5 * (arc_[i + 1] - arc_[i - 1]);
       first[index(i)] = reach * local.x();
       second[index(i)] = reach * local.y();
