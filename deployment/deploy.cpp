@@ -37,11 +37,11 @@ constexpr double kEdgeRounding = 2;
 constexpr double kStentAtRest = 2e-4;
 constexpr double kStentBalanced = 1e-3;
 // While it is looked for: how well the wall settles, but better the nearer it is; rounds without
-// progress; and looks that are enough for any stent that has a rest.
+// progress, of one wall; and looks without.
 constexpr double kLook = 1e-3;
 constexpr double kLookOfUnbalanced = 0.05;
 constexpr int kStalledLook = 5;
-constexpr int kLooks = 100;
+constexpr int kStalledLooks = 12;
 // k dt^2/m; with kept multipliers and two sweeps or more this stays stable.
 constexpr double kKappa = 1.0;
 
@@ -117,19 +117,18 @@ class Run {
     grow();
     if (gives_) stent_.reshape(gives_->envelope());
     for (; level_ + 1 < walls_.size(); ++level_) {
-      if (level_ == 0) give_way(edge_rounding());
+      if (level_ == 0) give_way();
       settle_on_surface(level_ == 0 ? kExact : kRough, edge_rounding());
       places_ = finer_[level_](places_);
     }
     if (!stent_.rigid()) {
       settle_by_relaxation();
     } else if (!setup_.has_struts()) {
-      if (walls_.size() == 1) give_way(edge_rounding());
       give_way();
       settle_on_surface(*case_.tolerance);
     } else {
       // Coarser walls, where there are any, have brought it to rest.
-      if (walls_.size() == 1) give_way(edge_rounding());
+      if (walls_.size() == 1) give_way();
       if (gives_) stent_.reshape(inflated(setup_, at_rest(), 1));
       settle_on_surface(kRough);
       stent_.deflate(at_rest());
@@ -201,29 +200,36 @@ class Run {
     }
   }
 
-  /// Where it came to rest; around struts as the wall's envelope left it.
   void judge_stent() {
-    if (!setup_.has_struts())
-      gives_->settled(places_, contact_forces_, outcome_.history.back().energy);
     outcome_.given_way = gives_->report();
     outcome_.converged = outcome_.converged && outcome_.given_way->unbalanced <= kStentBalanced;
   }
 
   double edge_rounding() const { return kEdgeRounding * walls_[level_].edge_length; }
 
-  /// Wall and stent settle in turn until forces balance on both.
-  void give_way(double edge_radius = 0) {
+  /// Wall and stent settle in turn until forces balance on both. On sharp edges, where rows of
+  /// vertices are caught and let go, forces would jump.
+  void give_way() {
     if (!gives_) return;
     gives_->new_wall();
     double tolerance = kLook;
-    for (int look = 1; look <= kLooks && may_go_on(); ++look) {
+    double least = std::numeric_limits<double>::infinity();
+    for (int stalled = 0; may_go_on(); ++stalled) {
       stent_.reshape(gives_->envelope());
-      settle_on_surface(tolerance, edge_radius, kStalledLook);
+      settle_on_surface(tolerance, edge_rounding(), kStalledLook);
       gives_->settled(places_, contact_forces_, outcome_.history.back().energy);
       const double unbalanced = gives_->report().unbalanced;
-      if (unbalanced <= kStentAtRest) return;
+      if (unbalanced <= kStentAtRest || stalled > kStalledLooks) return;
+      if (unbalanced < 0.9 * least) {
+        least = unbalanced;
+        stalled = -1;
+      }
       tolerance = std::clamp(kLookOfUnbalanced * unbalanced, kExact, kLook);
-      gives_->move_on();
+      if (stalled == kStalledLooks) {
+        gives_->new_wall();  // back to the best place
+      } else {
+        gives_->move_on();
+      }
     }
   }
 

@@ -62,7 +62,10 @@ void GiveWay::move_on() {
   line_ = stent_.shape(search_.place());
 }
 
-void GiveWay::new_wall() { search_.forget_forces(); }
+void GiveWay::new_wall() {
+  search_.forget_forces();
+  line_ = stent_.shape(search_.place());
+}
 
 StentState GiveWay::at_rest() const { return yielded_state(setup_, line_); }
 

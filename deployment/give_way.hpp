@@ -29,7 +29,7 @@ class GiveWay {
   /// by vertex, N. `energy`: of the wall, N mm.
   void settled(std::span<const Vec3> places, std::span<const Vec3> contact_forces, double energy);
   void move_on();   ///< to where forces are likely to balance
-  void new_wall();  ///< another mesh of it comes next
+  void new_wall();  ///< another one comes next: starts anew from the best place
 
   StentState at_rest() const;  ///< the stent itself, where the wall settled last
   const GivenWay& report() const { return report_; }
