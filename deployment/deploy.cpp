@@ -32,10 +32,10 @@ constexpr double kExact = 1e-4;
 // every row of vertices that slides over it is caught, and where the wall comes to rest depends on
 // how it came.
 constexpr double kEdgeRounding = 2;
-// Of the contact force: what may push a stent that gives way without being balanced, while its
-// rest is looked for and at the end. At the first its axis lies within 0.1 % of its radius of it.
+// Of the contact force: what may push a stent that gives way without being balanced. On the
+// coarsest wall, where looks are cheap, its axis then lies within 0.1 % of its radius of its rest.
 constexpr double kStentAtRest = 2e-4;
-constexpr double kStentBalanced = 1e-3;
+constexpr double kStentBalanced = 2e-3;
 // While it is looked for: how well the wall settles, but better the nearer it is; rounds without
 // progress, of one wall; and looks without.
 constexpr double kLook = 1e-3;
@@ -212,6 +212,7 @@ class Run {
   void give_way() {
     if (!gives_) return;
     gives_->new_wall();
+    const double sought = level_ == 0 ? kStentAtRest : kStentBalanced;
     double tolerance = kLook;
     double least = std::numeric_limits<double>::infinity();
     for (int stalled = 0; may_go_on(); ++stalled) {
@@ -219,7 +220,7 @@ class Run {
       settle_on_surface(tolerance, edge_rounding(), kStalledLook);
       gives_->settled(places_, contact_forces_, outcome_.history.back().energy);
       const double unbalanced = gives_->report().unbalanced;
-      if (unbalanced <= kStentAtRest || stalled > kStalledLooks) return;
+      if (unbalanced <= sought || stalled > kStalledLooks) return;
       if (unbalanced < 0.9 * least) {
         least = unbalanced;
         stalled = -1;
