@@ -260,23 +260,23 @@ TEST(GiveWay, StrutsGoWhereTheAxisCameToRest) {
                       {"gives_way", true},
                       {"bending_stiffness_N_mm2", 20},
                       {"radial_stiffness_N_per_mm2", 10}});
-  c.patch_edge_length = 0.6;
-  c.tolerance = 0.05;
-  const WholeRun r = tests::run(folder, c);
-  EXPECT_TRUE(r.outcome.converged);
-  EXPECT_GT(r.outcome.given_way->shift, 0.3);
-  EXPECT_LT(r.outcome.given_way->smallest_share, 0.99);
-  EXPECT_EQ(r.metrics.inverted_triangles, 0u);
-  ASSERT_TRUE(r.outcome.struts.has_value());
-  const std::vector<double> arc = arc_lengths(r.outcome.axis);
-  const double face = 0.5 * r.outcome.struts->section.thickness;
+  c.patch_edge_length = 1.2;
+  c.max_settling_steps = 150;  // enough for the axis, not for the wall between the struts
+  const Outcome outcome = deploy(prepare(c));
+  ASSERT_TRUE(outcome.given_way.has_value());
+  EXPECT_LT(outcome.given_way->unbalanced, 2e-3);
+  EXPECT_GT(outcome.given_way->shift, 0.3);
+  EXPECT_LT(outcome.given_way->smallest_share, 0.99);
+  ASSERT_TRUE(outcome.struts.has_value());
+  const std::vector<double> arc = arc_lengths(outcome.axis);
+  const double face = 0.5 * outcome.struts->section.thickness;
   double outermost = 0, sum = 0;
   std::size_t count = 0;
-  for (const stents::PlacedMember& member : r.outcome.struts->members) {
+  for (const stents::PlacedMember& member : outcome.struts->members) {
     for (const Vec3& x : member.points) {
-      const PolylinePlace place = nearest_place(r.outcome.axis, arc, x);
-      const double off = std::sqrt(place.squared_distance) + face -
-                         value_at(r.outcome.radii, arc, place.arc_length);
+      const PolylinePlace place = nearest_place(outcome.axis, arc, x);
+      const double off =
+          std::sqrt(place.squared_distance) + face - value_at(outcome.radii, arc, place.arc_length);
       outermost = std::max(outermost, std::abs(off));
       sum += off;
       ++count;
