@@ -1,8 +1,9 @@
-// The wall against finite elements and against thin-wall elasticity (V9, V11, V12).
+// The wall against finite elements and against thin-wall elasticity (V8, V9, V11, V12).
 #include <gtest/gtest.h>
 
 #include "tests/data.hpp"
 #include "tests/validation/finite_elements.hpp"
+#include "tests/validation/stent_edge.hpp"
 
 namespace vstent::tests {
 namespace {
@@ -72,6 +73,25 @@ TEST(MeshRefinement, ApproachesFiniteElements) {
     EXPECT_LT(now, std::max(0.6 * last, kFloor));
     last = now;
   }
+}
+
+// V8, for the triangles' own bending length; beta h = 0.2.
+TEST(StentEdge, DecaysAsThinShellTheorySays) {
+  const StentEdge found = widen_beside_a_stent(0.4);
+  double worst = 0, length = 0;
+  for (std::size_t k = 0; k < found.rings.size(); ++k) {
+    const auto& [s, w] = found.rings[k];
+    worst = std::max(worst, std::abs(w - found.oversize * beside_the_end(found.beta * s)));
+    const double tenth = 0.1 * found.oversize;
+    if (length == 0 && w < tenth) {
+      const auto& [last_s, last_w] = found.rings[k - 1];
+      length = last_s + (s - last_s) * (last_w - tenth) / (last_w - w);
+    }
+  }
+  std::printf("largest difference %.4f of the oversize, length %.4f of the theory's\n",
+              worst / found.oversize, found.beta * length / 1.7213);
+  EXPECT_LT(worst, 0.05 * found.oversize);
+  EXPECT_NEAR(found.beta * length / 1.7213, 1, 0.05);
 }
 
 // V11: a tube under an inner pressure p that widens it by a thousandth, ends held: w = p R^2 (1 -
