@@ -16,6 +16,9 @@ const std::vector<std::pair<std::string, Shape>> kShapes = {
     {"tube", Shape::tube}, {"capsule", Shape::capsule}, {"paper", Shape::paper}};
 const std::vector<std::pair<std::string, stents::Cell>> kCells = {{"open", stents::Cell::open},
                                                                   {"closed", stents::Cell::closed}};
+const std::vector<std::pair<std::string, xpbd::MembraneModel>> kMembranes = {
+    {"neo_hookean", xpbd::MembraneModel::neo_hookean}, {"springs", xpbd::MembraneModel::springs}};
+
 template <class Value>
 std::string word_for(const std::vector<std::pair<std::string, Value>>& choices, Value value) {
   return std::find_if(choices.begin(), choices.end(),
@@ -70,6 +73,19 @@ void parse_vessel(vessels::ObjectReader vessel, const std::filesystem::path& rel
   vessel.finish();
 }
 
+void parse_stiffness(vessels::ObjectReader& stent, Case& result) {
+  result.gives_way = stent.boolean("gives_way").value_or(false);
+  result.bending_stiffness =
+      stent.number("bending_stiffness_N_mm2", 1e-6, 1e9, "a positive stiffness in N mm2");
+  result.radial_stiffness = stent.number("radial_stiffness_N_per_mm2", 1e-9, 1e9,
+                                         "a positive stiffness in N/mm2: force per mm of length "
+                                         "and mm of diameter");
+  for (const char* of_giving : {"bending_stiffness_N_mm2", "radial_stiffness_N_per_mm2"}) {
+    if (!result.gives_way && stent.find(of_giving))
+      stent.refuse(of_giving, "is for a stent that gives way; add \"gives_way\": true");
+  }
+}
+
 void parse_stent(vessels::ObjectReader stent, const std::filesystem::path& relative_to,
                  Case& result) {
   result.at = parse_location(stent);
@@ -115,6 +131,7 @@ void parse_stent(vessels::ObjectReader stent, const std::filesystem::path& relat
     stent.refuse("straightening",
                  "an open-cell stent follows the vessel; use \"cell\": \"closed\"");
   }
+  parse_stiffness(stent, result);
   stent.finish();
 }
 
@@ -127,6 +144,8 @@ void parse_wall(vessels::ObjectReader wall, Case& result) {
       wall.number("youngs_modulus_MPa", 1e-6, 1e6, "a positive stiffness in MPa");
   result.thickness = wall.length("thickness");
   result.poisson_ratio = wall.number("poisson_ratio", 0, 0.4999, "from 0 to below 0.5");
+  const auto membrane = wall.choice("membrane", kMembranes);
+  result.membrane = membrane.value_or(result.membrane);
   result.modulus_array = wall.text("modulus_array").value_or("");
   result.thickness_array = wall.text("thickness_array").value_or("");
   std::vector<std::pair<std::string, std::string>> units;
@@ -137,11 +156,12 @@ void parse_wall(vessels::ObjectReader wall, Case& result) {
   if (!result.modulus_array.empty() && !unit)
     wall.refuse("modulus_unit", "is missing: the unit of modulus_array, MPa, kPa, Pa or dyn/cm2");
   result.modulus_unit = unit.value_or(result.modulus_unit);
-  if (result.paper_wall() && (result.youngs_modulus || result.thickness || result.poisson_ratio ||
-                              !result.modulus_array.empty() || !result.thickness_array.empty())) {
+  if (result.paper_wall() &&
+      (result.youngs_modulus || result.thickness || result.poisson_ratio || membrane ||
+       !result.modulus_array.empty() || !result.thickness_array.empty())) {
     wall.refuse("preset",
                 "\"paper\" has its own constants; leave youngs_modulus_MPa, thickness, "
-                "poisson_ratio and the arrays out");
+                "poisson_ratio, membrane and the arrays out");
   }
   if (result.youngs_modulus && !result.modulus_array.empty())
     wall.refuse("modulus_array", "is given as well as youngs_modulus_MPa; leave one out");
@@ -165,6 +185,10 @@ void parse_numerics(vessels::ObjectReader& root, Case& result) {
   if (!result.design.empty() && result.contact_stiffness) {
     contact.refuse("stiffness_N_per_mm",
                    "is for smooth tubes; struts meet the wall rigidly at their own surface");
+  }
+  if (result.gives_way && result.contact_stiffness) {
+    contact.refuse("stiffness_N_per_mm",
+                   "is a soft contact; a stent that gives way needs a rigid one");
   }
   contact.finish();
   vessels::ObjectReader patch = root.object("patch");
@@ -235,6 +259,9 @@ nlohmann::ordered_json to_json(const Case& c) {
     stent["cell"] = word_for(kCells, c.cell);
   }
   if (c.straightening) stent["straightening"] = *c.straightening;
+  if (c.gives_way) stent["gives_way"] = true;
+  if (c.bending_stiffness) stent["bending_stiffness_N_mm2"] = *c.bending_stiffness;
+  if (c.radial_stiffness) stent["radial_stiffness_N_per_mm2"] = *c.radial_stiffness;
   auto& wall = result["wall"];
   wall["preset"] = c.wall_preset;
   if (!c.modulus_array.empty()) {
@@ -247,6 +274,7 @@ nlohmann::ordered_json to_json(const Case& c) {
   if (c.youngs_modulus) wall["youngs_modulus_MPa"] = *c.youngs_modulus;
   if (c.thickness) wall["thickness"] = length_text(*c.thickness);
   if (c.poisson_ratio) wall["poisson_ratio"] = *c.poisson_ratio;
+  if (!c.paper_wall()) wall["membrane"] = word_for(kMembranes, c.membrane);
   if (c.contact_distance) result["contact"]["distance"] = length_text(*c.contact_distance);
   if (c.contact_stiffness) result["contact"]["stiffness_N_per_mm"] = *c.contact_stiffness;
   if (c.patch_margin) result["patch"]["margin"] = length_text(*c.patch_margin);

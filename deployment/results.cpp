@@ -22,12 +22,14 @@ std::string history_csv(const std::vector<StepRecord>& history) {
   std::ostringstream csv;
   csv << "step,settling,expansion,radius_mm,straightening,contacts,largest_move_mm,relative_"
          "residual,contact_force_N,"
-         "energy_N_mm,deepest_in_struts_mm,vertices,self_contacts\n";
+         "energy_N_mm,deepest_in_struts_mm,vertices,stent_shift_mm,stent_unbalanced,self_"
+         "contacts\n";
   for (const StepRecord& r : history) {
     csv << r.step << ',' << r.settling << ',' << exact(r.expansion) << ',' << exact(r.radius) << ','
         << exact(r.straightening) << ',' << r.contacts << ',' << exact(r.largest_move) << ','
         << exact(r.residual) << ',' << exact(r.contact_force) << ',' << exact(r.energy) << ','
-        << exact(r.deepest) << ',' << r.vertices << ',' << r.self_contacts << '\n';
+        << exact(r.deepest) << ',' << r.vertices << ',' << exact(r.stent_shift) << ','
+        << exact(r.stent_unbalanced) << ',' << r.self_contacts << '\n';
   }
   return csv.str();
 }
@@ -82,7 +84,7 @@ measure::Comparison comparison_for(const Setup& setup, const Outcome& outcome,
   comparison.way = setup.placement.way;
   comparison.stent_axis_before = setup.placement.axis;
   comparison.stent_axis_after = outcome.axis;
-  for (const double r : outcome.radii) comparison.target.push_back(2 * r);
+  for (const double r : outcome.nominal_radii) comparison.target.push_back(2 * r);
   comparison.movable = result.moved;
   return comparison;
 }
@@ -169,6 +171,9 @@ std::vector<std::string> all_warnings(const Setup& setup, const Outcome& outcome
   warnings.insert(warnings.end(), setup.warnings.begin(), setup.warnings.end());
   const std::vector<std::string> of_contact = warnings_of(outcome.self_contact);
   warnings.insert(warnings.end(), of_contact.begin(), of_contact.end());
+  if (outcome.given_way) {
+    if (const auto narrowed = narrowed_warning(*outcome.given_way)) warnings.push_back(*narrowed);
+  }
   return warnings;
 }
 
@@ -264,6 +269,13 @@ Metrics write_results(const Setup& setup, const Outcome& outcome, const fs::path
                             {"force_N", contact.force},
                             {"pushed_aside_mm", contact.pushed_aside},
                             {"places_against_held_wall", contact.against_held}};
+  }
+  if (outcome.given_way) {
+    const GivenWay& given = *outcome.given_way;
+    json["simulation"]["stent_shift_mm"] = given.shift;
+    json["simulation"]["stent_unbalanced"] = given.unbalanced;
+    json["simulation"]["stent_smallest_diameter_mm"] = given.smallest_diameter;
+    json["simulation"]["stent_looks"] = given.looks;
   }
   json["warnings"] = all_warnings(setup, outcome);
   vessels::write_whole(stage / "metrics.json", json.dump(2) + "\n");

@@ -41,8 +41,9 @@ class Equilibrium {
   /// One iteration; the balance is that of the places it leads to.
   RelaxReport iterate(const EquilibriumOptions& options);
 
-  std::span<const Vec3> positions() const;  ///< by vertex, mm
-  ForceBalance balance() const;             ///< at the present places
+  std::span<const Vec3> positions() const;   ///< by vertex, mm
+  ForceBalance balance() const;              ///< at the present places
+  std::vector<Vec3> contact_forces() const;  ///< by vertex, N: what the body pushes it with
 
   /// What keeps the sheet's surface from passing through itself, by vertex.
   std::vector<Push> pushes() const;

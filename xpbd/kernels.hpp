@@ -13,14 +13,18 @@ struct Kernels {
   /// C|^2), moving particles.
   void (*project_distances)(std::span<DistanceBatch>, Slot* particles, bool backward);
   void (*project_bendings)(std::span<BendingBatch>, Slot* particles, bool backward);
+  void (*project_triangles)(std::span<TriangleBatch>, Slot* particles, bool backward);
   /// Adds the kept multipliers' forces along the present gradients.
   void (*kept_distance_forces)(std::span<const DistanceBatch>, const Slot* particles, Slot* forces);
   void (*kept_bending_forces)(std::span<const BendingBatch>, const Slot* particles, Slot* forces);
+  void (*kept_triangle_forces)(std::span<const TriangleBatch>, const Slot* particles, Slot* forces);
   /// Adds the elastic forces -C / compliance along the present gradients, whatever the multipliers.
   Tally (*elastic_distance_forces)(std::span<const DistanceBatch>, const Slot* particles,
                                    Slot* forces);
   Tally (*elastic_bending_forces)(std::span<const BendingBatch>, const Slot* particles,
                                   Slot* forces);
+  Tally (*elastic_triangle_forces)(std::span<const TriangleBatch>, const Slot* particles,
+                                   Slot* forces);
 };
 
 const Kernels& baseline_kernels();

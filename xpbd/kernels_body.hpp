@@ -4,6 +4,7 @@
 #include <immintrin.h>
 
 #include "xpbd/kernels.hpp"
+#include "xpbd/membrane_law.hpp"
 
 namespace vstent::xpbd {
 namespace {
@@ -156,6 +157,54 @@ inline Hinge hinge(const BendingBatch& batch, const Wide3& edge_a, const Wide3& 
   return h;
 }
 
+/// For the membrane's law.
+struct FourTriangles {
+  using Number = Wide;
+  static Wide larger(Wide a, Wide b) { return a > b ? a : b; }
+  static Wide smaller(Wide a, Wide b) { return a < b ? a : b; }
+  static double largest_magnitude(Wide a) {
+    const Wide size = absolute(a);
+    const double low = size[0] > size[1] ? size[0] : size[1];
+    const double high = size[2] > size[3] ? size[2] : size[3];
+    return low > high ? low : high;
+  }
+};
+
+struct Stretch {
+  Wide energy;  // N mm
+  Wide3 gradient[3];
+  Wide squares[3];  // |gradient|^2
+};
+
+inline Stretch stretch(const TriangleBatch& batch, const Wide3& corner, const Wide3& first,
+                       const Wide3& second) {
+  const Wide along = load(batch.along), skew = load(batch.skew), across = load(batch.across);
+  const Wide weight = load(batch.weight), one = wide(1);
+  const Wide3 edge = first - corner;
+  const Wide3 f = along * edge, g = across * (second - corner) - skew * edge;
+  const Wide ff = dot(f, f), gg = dot(g, g), fg = dot(f, g);
+  const SheetStretch<FourTriangles> law = stretch_of_sheet<FourTriangles>(
+      (ff - one) + (gg - one), (ff - one) * (gg - one) - fg * fg, load(batch.bulk));
+  Stretch s;
+  s.energy = weight * law.energy;
+  const Wide scale = weight * law.inverse_square;
+  const Wide3 on_f = (scale * (one - law.pressure * gg)) * f + (scale * law.pressure * fg) * g;
+  const Wide3 on_g = (scale * (one - law.pressure * ff)) * g + (scale * law.pressure * fg) * f;
+  s.gradient[1] = along * on_f - skew * on_g;
+  s.gradient[2] = across * on_g;
+  s.gradient[0] = wide(-1) * (s.gradient[1] + s.gradient[2]);
+  for (int k = 0; k < 3; ++k) s.squares[k] = dot(s.gradient[k], s.gradient[k]);
+  return s;
+}
+
+/// 1 / C for C = sqrt(2 energy), which makes the energy's gradient that of the constraint; 0 at
+/// rest.
+inline Wide over_constraint(Wide energy, Wide weight) {
+  const Wide doubled = wide(2) * energy;
+  const Mask strained = doubled > wide(1e-26) * weight;
+  return select(strained, wide(1) / root(select(strained, doubled, wide(1))), wide(0));
+}
+
 inline void project(DistanceBatch& batch, Slot* particles) {
   const Gathered a = gather(particles, batch.i), b = gather(particles, batch.j);
   const Wide3 edge = b.at - a.at;
@@ -187,6 +236,21 @@ inline void project(BendingBatch& batch, Slot* particles) {
   for (std::size_t k = 0; k < 4; ++k)
     scatter(particles, batch.vertex[k], p[k].at + (p[k].mobility * change) * h.gradient[k],
             p[k].mobility);
+}
+
+inline void project(TriangleBatch& batch, Slot* particles) {
+  Gathered p[3];
+  for (std::size_t k = 0; k < 3; ++k) p[k] = gather(particles, batch.vertex[k]);
+  const Stretch s = stretch(batch, p[0].at, p[1].at, p[2].at);
+  const Wide inverse = over_constraint(s.energy, load(batch.weight)), force = load(batch.force);
+  const Wide pull =
+      inverse * inverse *
+      (p[0].mobility * s.squares[0] + p[1].mobility * s.squares[1] + p[2].mobility * s.squares[2]);
+  const Wide change = -(wide(2) * s.energy * inverse + force) / (wide(1) + pull);
+  store(batch.force, force + change);
+  for (std::size_t k = 0; k < 3; ++k)
+    scatter(particles, batch.vertex[k],
+            p[k].at + (p[k].mobility * change * inverse) * s.gradient[k], p[k].mobility);
 }
 
 template <class Batch>
@@ -244,14 +308,33 @@ Tally bending_forces(std::span<const BendingBatch> batches, const Slot* particle
   return tally.total();
 }
 
+template <bool kElastic>
+Tally triangle_forces(std::span<const TriangleBatch> batches, const Slot* particles, Slot* forces) {
+  WideTally tally;
+  for (const TriangleBatch& batch : batches) {
+    Gathered p[3];
+    for (std::size_t k = 0; k < 3; ++k) p[k] = gather(particles, batch.vertex[k]);
+    const Stretch s = stretch(batch, p[0].at, p[1].at, p[2].at);
+    const Wide force =
+        kElastic ? wide(-1) : load(batch.force) * over_constraint(s.energy, load(batch.weight));
+    if (kElastic) tally.add(wide(-1), wide(2) * s.energy, s.squares[2], presence(batch.vertex[0]));
+    for (std::size_t k = 0; k < 3; ++k) push(forces, batch.vertex[k], force * s.gradient[k]);
+  }
+  return tally.total();
+}
+
 constexpr Kernels kTable{project_all<DistanceBatch>,
                          project_all<BendingBatch>,
+                         project_all<TriangleBatch>,
                          [](std::span<const DistanceBatch> batches, const Slot* particles,
                             Slot* forces) { distance_forces<false>(batches, particles, forces); },
                          [](std::span<const BendingBatch> batches, const Slot* particles,
                             Slot* forces) { bending_forces<false>(batches, particles, forces); },
+                         [](std::span<const TriangleBatch> batches, const Slot* particles,
+                            Slot* forces) { triangle_forces<false>(batches, particles, forces); },
                          distance_forces<true>,
-                         bending_forces<true>};
+                         bending_forces<true>,
+                         triangle_forces<true>};
 
 }  // namespace
 }  // namespace vstent::xpbd

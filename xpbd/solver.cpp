@@ -156,6 +156,7 @@ struct Solver::Implementation {
     for (ClosableSpan& c : spans) c.force = 0;
     for (DistanceBatch& batch : layout.distances) batch.force.fill(0);
     for (BendingBatch& batch : layout.bendings) batch.force.fill(0);
+    for (TriangleBatch& batch : layout.triangles) batch.force.fill(0);
     for (Attachment& a : attachments.items) a.force = 0;
     std::fill(reaction.begin(), reaction.end(), 0.0);
   }
@@ -164,21 +165,6 @@ struct Solver::Implementation {
     forget_multipliers();
     std::fill(velocities.begin(), velocities.end(), Vec3::Zero());
     steps_since_rest = 0;
-  }
-
-  std::span<DistanceBatch> distances(const Task& t) {
-    return std::span(layout.distances)
-        .subspan(t.first_distance, t.last_distance - t.first_distance);
-  }
-  std::span<const DistanceBatch> distances(const Task& t) const {
-    return std::span(layout.distances)
-        .subspan(t.first_distance, t.last_distance - t.first_distance);
-  }
-  std::span<BendingBatch> bendings(const Task& t) {
-    return std::span(layout.bendings).subspan(t.first_bending, t.last_bending - t.first_bending);
-  }
-  std::span<const BendingBatch> bendings(const Task& t) const {
-    return std::span(layout.bendings).subspan(t.first_bending, t.last_bending - t.first_bending);
   }
 
   /// The kept multipliers' forces along the present gradients, into `forces`.
@@ -194,8 +180,9 @@ struct Solver::Implementation {
     for (const auto* phase : {&layout.within, &layout.between})
       side_by_side(phase->size(), [&](std::size_t k) {
         const Task& task = (*phase)[k];
-        kernel.kept_distance_forces(distances(task), particles.data(), forces.data());
-        kernel.kept_bending_forces(bendings(task), particles.data(), forces.data());
+        kernel.kept_distance_forces(layout.distances_of(task), particles.data(), forces.data());
+        kernel.kept_bending_forces(layout.bendings_of(task), particles.data(), forces.data());
+        kernel.kept_triangle_forces(layout.triangles_of(task), particles.data(), forces.data());
       });
     add_span_forces(forces);
     if (collision) collision->add_kept_forces(particles, forces);
@@ -237,9 +224,17 @@ struct Solver::Implementation {
   void sweep_batches() {
     const auto run = [&](const std::vector<Task>& phase) {
       side_by_side(phase.size(), [&](std::size_t k) {
-        if (!backward) kernel.project_distances(distances(phase[k]), particles.data(), false);
-        kernel.project_bendings(bendings(phase[k]), particles.data(), backward);
-        if (backward) kernel.project_distances(distances(phase[k]), particles.data(), true);
+        const Task& task = phase[k];
+        Slot* const slots = particles.data();
+        if (!backward) {
+          kernel.project_distances(layout.distances_of(task), slots, false);
+          kernel.project_triangles(layout.triangles_of(task), slots, false);
+        }
+        kernel.project_bendings(layout.bendings_of(task), slots, backward);
+        if (backward) {
+          kernel.project_triangles(layout.triangles_of(task), slots, true);
+          kernel.project_distances(layout.distances_of(task), slots, true);
+        }
       });
     };
     run(backward ? layout.between : layout.within);
@@ -534,6 +529,14 @@ void scale_masses(Sheet& sheet, double time_step, double kappa) {
     const std::array<int, 4> vertex{b.edge_a, b.edge_b, b.wing_a, b.wing_b};
     for (std::size_t k = 0; k < 4; ++k)
       pull[at(vertex[k])] += b.stiffness * gradient[k].squaredNorm();
+  }
+  for (const TriangleConstraint& t : sheet.triangles) {
+    // 1 / (1 - nu) is the largest of a plane strain's stiffnesses over twice the shear modulus.
+    const double largest = shear_modulus(t) * t.base * t.height / (1 - t.poisson_ratio);
+    const double along = 1 / t.base, across = 1 / t.height, skew = along * t.foot / t.height;
+    pull[at(t.vertices[0])] += largest * (along * along + (across - skew) * (across - skew));
+    pull[at(t.vertices[1])] += largest * (along * along + skew * skew);
+    pull[at(t.vertices[2])] += largest * across * across;
   }
   for (const AttachmentConstraint& a : sheet.attachments) pull[at(a.vertex)] += a.stiffness;
   for (std::size_t i = 0; i < pull.size(); ++i)
