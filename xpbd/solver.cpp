@@ -184,8 +184,8 @@ struct Solver::Implementation {
     for (const auto* phase : {&layout.within, &layout.between})
       side_by_side(phase->size(), [&](std::size_t k) {
         const Task& task = (*phase)[k];
-        kernel.kept_distance_forces(distances(task), particles.data(), forces.data());
-        kernel.kept_bending_forces(bendings(task), particles.data(), forces.data());
+        kernel.step.kept_distance_forces(distances(task), particles.data(), forces.data());
+        kernel.step.kept_bending_forces(bendings(task), particles.data(), forces.data());
       });
     add_span_forces(forces);
   }
@@ -226,9 +226,9 @@ struct Solver::Implementation {
   void sweep_batches() {
     const auto run = [&](const std::vector<Task>& phase) {
       side_by_side(phase.size(), [&](std::size_t k) {
-        if (!backward) kernel.project_distances(distances(phase[k]), particles.data(), false);
-        kernel.project_bendings(bendings(phase[k]), particles.data(), backward);
-        if (backward) kernel.project_distances(distances(phase[k]), particles.data(), true);
+        if (!backward) kernel.step.project_distances(distances(phase[k]), particles.data(), false);
+        kernel.step.project_bendings(bendings(phase[k]), particles.data(), backward);
+        if (backward) kernel.step.project_distances(distances(phase[k]), particles.data(), true);
       });
     };
     run(backward ? layout.between : layout.within);

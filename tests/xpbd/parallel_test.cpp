@@ -46,9 +46,9 @@ Sheet reordered(const Sheet& sheet) {
     for (const xpbd::Task& task : *phase) {
       in_order(layout.distances, task.first_distance, task.last_distance,
                [&](const auto& b, std::size_t lane) {
-                 if (lane > 0 && b.i[lane] == b.i[0]) return;
-                 result.distances.push_back(
-                     {vertex(b.i[lane]), vertex(b.j[lane]), b.rest[lane], 1 / b.compliance[lane]});
+                 if (lane > 0 && b.vertex[0][lane] == b.vertex[0][0]) return;
+                 result.distances.push_back({vertex(b.vertex[0][lane]), vertex(b.vertex[1][lane]),
+                                             b.rest[lane], 1 / b.compliance[lane]});
                });
       in_order(layout.bendings, task.first_bending, task.last_bending,
                [&](const auto& b, std::size_t lane) {
@@ -116,8 +116,8 @@ TEST(Layout, KeepsTasksOfAPhaseApart) {
       const xpbd::Task& task = (*phase)[t];
       for (std::size_t k = task.first_distance; k < task.last_distance; ++k)
         for (std::size_t lane = 0; lane < xpbd::kLanes; ++lane) {
-          claim(layout.distances[k].i[lane]);
-          claim(layout.distances[k].j[lane]);
+          claim(layout.distances[k].vertex[0][lane]);
+          claim(layout.distances[k].vertex[1][lane]);
         }
       for (std::size_t k = task.first_bending; k < task.last_bending; ++k)
         for (const auto& corner : layout.bendings[k].vertex)
@@ -169,36 +169,63 @@ TEST(Threads, GiveTheSameBits) {
   }
 }
 
-TEST(InstructionSets, GiveTheSameBits) {
-  const xpbd::Kernels* wide = xpbd::avx2_kernels();
-  if (!wide) GTEST_SKIP() << "this machine has no AVX2";
+/// Both instruction sets from the same places: projections there and back, then the kept forces.
+template <class Real>
+void compare_steps(const xpbd::StepKernels<Real>& narrow, const xpbd::StepKernels<Real>& wide,
+                   xpbd::BatchesOf<Real> a, std::vector<xpbd::SlotOf<Real>> places) {
+  xpbd::BatchesOf<Real> b = a;
+  std::vector<xpbd::SlotOf<Real>> others = places, force_a(places.size()), force_b(places.size());
+  const auto run = [](const xpbd::StepKernels<Real>& kernel, xpbd::BatchesOf<Real>& batches,
+                      auto& particles, auto& forces) {
+    for (const bool backward : {false, true}) {
+      kernel.project_distances(batches.distances, particles.data(), backward);
+      kernel.project_bendings(batches.bendings, particles.data(), backward);
+    }
+    kernel.kept_distance_forces(batches.distances, particles.data(), forces.data());
+    kernel.kept_bending_forces(batches.bendings, particles.data(), forces.data());
+  };
+  run(narrow, a, places, force_a);
+  run(wide, b, others, force_b);
+  const std::size_t bytes = places.size() * sizeof places[0];
+  EXPECT_EQ(std::memcmp(places.data(), others.data(), bytes), 0);
+  EXPECT_EQ(std::memcmp(force_a.data(), force_b.data(), bytes), 0);
+}
+
+class InstructionSets : public testing::TestWithParam<const xpbd::Kernels* (*)()> {};
+
+TEST_P(InstructionSets, GiveTheSameBits) {
+  const xpbd::Kernels* wide = GetParam()();
+  if (!wide) GTEST_SKIP() << "this machine does not have it";
   const xpbd::Kernels& narrow = xpbd::baseline_kernels();
   const Mesh mesh = vessel();
-  Layout a = xpbd::make_layout(sheet_of(mesh));
+  const Layout layout = xpbd::make_layout(sheet_of(mesh));
   std::mt19937 random(9);
   std::vector<xpbd::Slot> places(mesh.points.size()), force_a(places.size()),
       force_b(places.size());
+  std::vector<xpbd::SlotOf<float>> single(places.size());
   for (std::size_t k = 0; k < places.size(); ++k) {
-    const Vec3 p = mesh.points[at(a.original[k])] + 0.1 * random_vector(random);
+    const Vec3 p = mesh.points[at(layout.original[k])] + 0.1 * random_vector(random);
+    const Eigen::Vector3f f = p.cast<float>();
     places[k] = {p.x(), p.y(), p.z(), 0.3};
+    single[k] = {f.x(), f.y(), f.z(), 0.3f};
   }
-  Layout b = a;
-  std::vector<xpbd::Slot> others = places;
-  for (const bool backward : {false, true}) {
-    narrow.project_distances(a.distances, places.data(), backward);
-    narrow.project_bendings(a.bendings, places.data(), backward);
-    wide->project_distances(b.distances, others.data(), backward);
-    wide->project_bendings(b.bendings, others.data(), backward);
-  }
-  EXPECT_EQ(std::memcmp(places.data(), others.data(), places.size() * sizeof(xpbd::Slot)), 0);
-  const auto fold_a = narrow.elastic_bending_forces(a.bendings, places.data(), force_a.data());
-  const auto fold_b = wide->elastic_bending_forces(b.bendings, others.data(), force_b.data());
+  compare_steps<double>(narrow.step, wide->step, layout, places);
+  compare_steps<float>(narrow.step_in_single, wide->step_in_single,
+                       xpbd::in_single_precision(layout), single);
+  const auto fold_a = narrow.elastic_bending_forces(layout.bendings, places.data(), force_a.data());
+  const auto fold_b = wide->elastic_bending_forces(layout.bendings, places.data(), force_b.data());
   EXPECT_EQ(fold_a.energy, fold_b.energy);
-  const auto stretch_a = narrow.elastic_distance_forces(a.distances, places.data(), force_a.data());
-  const auto stretch_b = wide->elastic_distance_forces(b.distances, others.data(), force_b.data());
+  const auto stretch_a =
+      narrow.elastic_distance_forces(layout.distances, places.data(), force_a.data());
+  const auto stretch_b =
+      wide->elastic_distance_forces(layout.distances, places.data(), force_b.data());
   EXPECT_EQ(stretch_a.energy, stretch_b.energy);
   EXPECT_EQ(std::memcmp(force_a.data(), force_b.data(), force_a.size() * sizeof(xpbd::Slot)), 0);
 }
+
+INSTANTIATE_TEST_SUITE_P(Wide, InstructionSets,
+                         testing::Values(xpbd::avx2_kernels, xpbd::avx512_kernels),
+                         [](const auto& set) { return set.index == 0 ? "AVX2" : "AVX512"; });
 
 TEST(Balance, AgreesWithTheGradientOfTheEnergy) {
   // Central differences of the energy at a few vertices.

@@ -1,0 +1,407 @@
+// Eight doubles or sixteen floats at once, and particles gathered into them, for the files that are
+// compiled once per instruction set; all give the same bits. Everything here has internal linkage,
+// so that code for wide registers cannot leak into other files.
+#pragma once
+
+#include <immintrin.h>
+
+#include <bit>
+
+#include "xpbd/batches.hpp"
+
+namespace vstent::xpbd {
+namespace {
+
+#ifdef __AVX512F__
+constexpr std::size_t kBytes = 64;
+#else
+constexpr std::size_t kBytes = 32;
+#endif
+constexpr int kParts = 64 / kBytes;
+
+template <class Real>
+struct Register;
+
+/// `Type` holds kLanesOf<Real> / kParts numbers.
+template <>
+struct Register<double> {
+  typedef double Type __attribute__((vector_size(kBytes), may_alias));
+  typedef long long Bits __attribute__((vector_size(kBytes)));
+  static constexpr long long kMagnitude = 0x7fffffffffffffffLL;
+};
+
+template <>
+struct Register<float> {
+  typedef float Type __attribute__((vector_size(kBytes), may_alias));
+  typedef int Bits __attribute__((vector_size(kBytes)));
+  static constexpr int kMagnitude = 0x7fffffff;
+};
+
+typedef Register<double>::Type Doubles;
+typedef Register<float>::Type Floats;
+typedef double TwoDoubles __attribute__((vector_size(16), may_alias));
+typedef float FourFloats __attribute__((vector_size(16), may_alias));
+
+#ifdef __AVX512F__
+typedef __mmask8 DoubleMask;
+typedef __mmask16 FloatMask;
+inline DoubleMask less(Doubles a, Doubles b) {
+  return _mm512_cmp_pd_mask((__m512d)a, (__m512d)b, _CMP_LT_OQ);
+}
+inline FloatMask less(Floats a, Floats b) {
+  return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_LT_OQ);
+}
+inline Doubles choose(DoubleMask mask, Doubles yes, Doubles no) {
+  return (Doubles)_mm512_mask_blend_pd(mask, (__m512d)no, (__m512d)yes);
+}
+inline Floats choose(FloatMask mask, Floats yes, Floats no) {
+  return (Floats)_mm512_mask_blend_ps(mask, (__m512)no, (__m512)yes);
+}
+inline Doubles root(Doubles a) { return (Doubles)_mm512_sqrt_pd((__m512d)a); }
+inline Floats root(Floats a) { return (Floats)_mm512_sqrt_ps((__m512)a); }
+#else
+typedef Register<double>::Bits DoubleMask;
+typedef Register<float>::Bits FloatMask;
+inline DoubleMask less(Doubles a, Doubles b) { return a < b; }
+inline FloatMask less(Floats a, Floats b) { return a < b; }
+inline Doubles choose(DoubleMask mask, Doubles yes, Doubles no) { return mask ? yes : no; }
+inline Floats choose(FloatMask mask, Floats yes, Floats no) { return mask ? yes : no; }
+#ifdef __AVX2__
+inline Doubles root(Doubles a) { return (Doubles)_mm256_sqrt_pd((__m256d)a); }
+inline Floats root(Floats a) { return (Floats)_mm256_sqrt_ps((__m256)a); }
+inline Doubles join(TwoDoubles a, TwoDoubles b) {
+  return (Doubles)_mm256_set_m128d((__m128d)b, (__m128d)a);
+}
+inline Floats join(FourFloats a, FourFloats b) {
+  return (Floats)_mm256_set_m128((__m128)b, (__m128)a);
+}
+inline TwoDoubles low(Doubles a) { return (TwoDoubles)_mm256_castpd256_pd128((__m256d)a); }
+inline TwoDoubles high(Doubles a) { return (TwoDoubles)_mm256_extractf128_pd((__m256d)a, 1); }
+inline FourFloats low(Floats a) { return (FourFloats)_mm256_castps256_ps128((__m256)a); }
+inline FourFloats high(Floats a) { return (FourFloats)_mm256_extractf128_ps((__m256)a, 1); }
+#else
+struct DoubleHalves {
+  TwoDoubles low, high;
+};
+struct FloatHalves {
+  FourFloats low, high;
+};
+inline Doubles join(TwoDoubles a, TwoDoubles b) {
+  return std::bit_cast<Doubles>(DoubleHalves{a, b});
+}
+inline Floats join(FourFloats a, FourFloats b) { return std::bit_cast<Floats>(FloatHalves{a, b}); }
+inline TwoDoubles low(Doubles a) { return std::bit_cast<DoubleHalves>(a).low; }
+inline TwoDoubles high(Doubles a) { return std::bit_cast<DoubleHalves>(a).high; }
+inline FourFloats low(Floats a) { return std::bit_cast<FloatHalves>(a).low; }
+inline FourFloats high(Floats a) { return std::bit_cast<FloatHalves>(a).high; }
+inline Doubles root(Doubles a) {
+  return join((TwoDoubles)_mm_sqrt_pd((__m128d)low(a)), (TwoDoubles)_mm_sqrt_pd((__m128d)high(a)));
+}
+inline Floats root(Floats a) {
+  return join((FourFloats)_mm_sqrt_ps((__m128)low(a)), (FourFloats)_mm_sqrt_ps((__m128)high(a)));
+}
+#endif
+#endif
+
+/// {make(0), make(1)}, or {make(0)}.
+template <class Whole, class Make>
+inline Whole part_by_part(const Make& make) {
+  if constexpr (kParts == 2) {
+    return {{make(0), make(1)}};
+  } else {
+    return {{make(0)}};
+  }
+}
+
+template <class Real>
+struct Mask {
+  decltype(less(typename Register<Real>::Type{}, typename Register<Real>::Type{})) part[kParts];
+
+  friend Mask operator&(const Mask& a, const Mask& b) {
+    Mask both = a;
+    for (int n = 0; n < kParts; ++n) both.part[n] &= b.part[n];
+    return both;
+  }
+};
+
+template <class Real>
+struct Wide {
+  typename Register<Real>::Type part[kParts];
+
+  friend Wide operator+(const Wide& a, const Wide& b) {
+    return part_by_part<Wide>([&](int n) { return a.part[n] + b.part[n]; });
+  }
+  friend Wide operator-(const Wide& a, const Wide& b) {
+    return part_by_part<Wide>([&](int n) { return a.part[n] - b.part[n]; });
+  }
+  friend Wide operator*(const Wide& a, const Wide& b) {
+    return part_by_part<Wide>([&](int n) { return a.part[n] * b.part[n]; });
+  }
+  friend Wide operator/(const Wide& a, const Wide& b) {
+    return part_by_part<Wide>([&](int n) { return a.part[n] / b.part[n]; });
+  }
+  Wide operator-() const {
+    return part_by_part<Wide>([&](int n) { return -part[n]; });
+  }
+  Wide& operator+=(const Wide& a) { return *this = *this + a; }
+  friend Mask<Real> operator<(const Wide& a, const Wide& b) {
+    return part_by_part<Mask<Real>>([&](int n) { return less(a.part[n], b.part[n]); });
+  }
+  friend Mask<Real> operator>(const Wide& a, const Wide& b) { return b < a; }
+};
+
+/// The same number throughout.
+template <class Real>
+inline Wide<Real> wide(double value) {
+  typedef typename Register<Real>::Type Type;
+  return part_by_part<Wide<Real>>([&](int) { return Type{} + static_cast<Real>(value); });
+}
+
+template <class Real>
+inline Wide<Real> select(const Mask<Real>& mask, const Wide<Real>& yes, const Wide<Real>& no) {
+  return part_by_part<Wide<Real>>(
+      [&](int n) { return choose(mask.part[n], yes.part[n], no.part[n]); });
+}
+template <class Real>
+inline Wide<Real> larger(const Wide<Real>& a, const Wide<Real>& b) {
+  return select(a > b, a, b);
+}
+template <class Real>
+inline Wide<Real> smaller(const Wide<Real>& a, const Wide<Real>& b) {
+  return select(a < b, a, b);
+}
+template <class Real>
+inline Wide<Real> absolute(const Wide<Real>& a) {
+  typedef Register<Real> Parts;
+  return part_by_part<Wide<Real>>([&](int n) {
+    return (typename Parts::Type)((typename Parts::Bits)a.part[n] & Parts::kMagnitude);
+  });
+}
+template <class Real>
+inline Wide<Real> root(const Wide<Real>& a) {
+  return part_by_part<Wide<Real>>([&](int n) { return root(a.part[n]); });
+}
+
+template <class Real, std::size_t kCount>
+inline Wide<Real> load(const std::array<Real, kCount>& lanes) {
+  static_assert(kCount == kLanesOf<Real>);
+  const auto* parts = reinterpret_cast<const typename Register<Real>::Type*>(lanes.data());
+  return part_by_part<Wide<Real>>([&](int n) { return parts[n]; });
+}
+template <class Real, std::size_t kCount>
+inline void store(std::array<Real, kCount>& lanes, const Wide<Real>& value) {
+  auto* parts = reinterpret_cast<typename Register<Real>::Type*>(lanes.data());
+  for (int n = 0; n < kParts; ++n) parts[n] = value.part[n];
+}
+inline double sum(const Wide<double>& a) {
+  alignas(64) Lanes lanes;
+  store(lanes, a);
+  double total = 0;
+  for (double lane : lanes) total += lane;
+  return total;
+}
+
+template <class Real>
+struct Wide3 {
+  Wide<Real> x, y, z;
+
+  friend Wide3 operator+(const Wide3& a, const Wide3& b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+  }
+  friend Wide3 operator-(const Wide3& a, const Wide3& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+  }
+  friend Wide3 operator*(const Wide<Real>& s, const Wide3& a) {
+    return {s * a.x, s * a.y, s * a.z};
+  }
+};
+
+template <class Real>
+inline Wide<Real> dot(const Wide3<Real>& a, const Wide3<Real>& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+template <class Real>
+inline Wide3<Real> cross(const Wide3<Real>& a, const Wide3<Real>& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+/// Particles, transposed.
+template <class Real>
+struct Gathered {
+  Wide3<Real> at;
+  Wide<Real> mobility;
+};
+
+/// Of the particles of one register: x, y, z, mobility.
+template <class Real>
+struct Columns {
+  typename Register<Real>::Type of[4];
+};
+
+#ifdef __AVX512F__
+template <int kChunks>
+inline Doubles chunks(Doubles a, Doubles b) {
+  return (Doubles)_mm512_shuffle_f64x2((__m512d)a, (__m512d)b, kChunks);
+}
+inline Doubles interleave_low(Doubles a, Doubles b) {
+  return (Doubles)_mm512_unpacklo_pd((__m512d)a, (__m512d)b);
+}
+inline Doubles interleave_high(Doubles a, Doubles b) {
+  return (Doubles)_mm512_unpackhi_pd((__m512d)a, (__m512d)b);
+}
+
+inline Columns<double> gather_part(const SlotOf<double>* slots, const int* index) {
+  const auto rows = [&](int lane) {  // of this one and the next but one
+    const auto row = [&](int at) {
+      return _mm256_load_pd(reinterpret_cast<const double*>(slots + index[at]));
+    };
+    return (Doubles)_mm512_insertf64x4(_mm512_castpd256_pd512(row(lane)), row(lane + 2), 1);
+  };
+  const Doubles a = rows(0), b = rows(1), c = rows(4), d = rows(5);
+  const Doubles xz = interleave_low(a, b), xz_after = interleave_low(c, d);
+  const Doubles ym = interleave_high(a, b), ym_after = interleave_high(c, d);
+  return {{chunks<0x88>(xz, xz_after), chunks<0x88>(ym, ym_after), chunks<0xDD>(xz, xz_after),
+           chunks<0xDD>(ym, ym_after)}};
+}
+
+inline void scatter_part(SlotOf<double>* slots, const int* index, const Columns<double>& columns) {
+  const auto [x, y, z, m] = columns.of;
+  // Even and odd lanes' halves: lanes 0, 2, 4, 6, and 1, 3, 5, 7.
+  const Doubles xy_even = interleave_low(x, y), xy_odd = interleave_high(x, y);
+  const Doubles zm_even = interleave_low(z, m), zm_odd = interleave_high(z, m);
+  const auto put = [&](int lane, Doubles xy, Doubles zm) {
+    const __m512i first = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11);
+    const __m512i last = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
+    const __m512d near = _mm512_permutex2var_pd((__m512d)xy, first, (__m512d)zm);
+    const __m512d far = _mm512_permutex2var_pd((__m512d)xy, last, (__m512d)zm);
+    const auto at = [&](int n) { return reinterpret_cast<double*>(slots + index[n]); };
+    _mm256_store_pd(at(lane), _mm512_castpd512_pd256(near));
+    _mm256_store_pd(at(lane + 2), _mm512_extractf64x4_pd(near, 1));
+    _mm256_store_pd(at(lane + 4), _mm512_castpd512_pd256(far));
+    _mm256_store_pd(at(lane + 6), _mm512_extractf64x4_pd(far, 1));
+  };
+  put(0, xy_even, zm_even);
+  put(1, xy_odd, zm_odd);
+}
+
+/// A square of four rows and columns in every quarter.
+inline void transpose(Floats (&rows)[4]) {
+  const auto low = [](Floats a, Floats b) {
+    return (Floats)_mm512_unpacklo_ps((__m512)a, (__m512)b);
+  };
+  const auto high = [](Floats a, Floats b) {
+    return (Floats)_mm512_unpackhi_ps((__m512)a, (__m512)b);
+  };
+  const Floats a = low(rows[0], rows[2]), b = low(rows[1], rows[3]), c = high(rows[0], rows[2]),
+               d = high(rows[1], rows[3]);
+  rows[0] = low(a, b), rows[1] = high(a, b), rows[2] = low(c, d), rows[3] = high(c, d);
+}
+
+inline Columns<float> gather_part(const SlotOf<float>* slots, const int* index) {
+  const auto row = [&](int lane) {
+    return _mm_load_ps(reinterpret_cast<const float*>(slots + index[lane]));
+  };
+  const auto rows = [&](int lane) {
+    __m512 all = _mm512_castps128_ps512(row(lane));
+    all = _mm512_insertf32x4(all, row(lane + 4), 1);
+    all = _mm512_insertf32x4(all, row(lane + 8), 2);
+    return (Floats)_mm512_insertf32x4(all, row(lane + 12), 3);
+  };
+  Columns<float> columns{{rows(0), rows(1), rows(2), rows(3)}};
+  transpose(columns.of);
+  return columns;
+}
+
+inline void scatter_part(SlotOf<float>* slots, const int* index, Columns<float> columns) {
+  transpose(columns.of);
+  const auto put = [&](int lane, __m128 row) {
+    _mm_store_ps(reinterpret_cast<float*>(slots + index[lane]), row);
+  };
+  for (int n = 0; n < 4; ++n) {
+    const __m512 rows = (__m512)columns.of[n];
+    put(n, _mm512_castps512_ps128(rows));
+    put(n + 4, _mm512_extractf32x4_ps(rows, 1));
+    put(n + 8, _mm512_extractf32x4_ps(rows, 2));
+    put(n + 12, _mm512_extractf32x4_ps(rows, 3));
+  }
+}
+#else
+inline Columns<double> gather_part(const SlotOf<double>* slots, const int* index) {
+  typedef Register<double>::Bits Pick;
+  const auto half = [&](int lane, int which) {
+    return reinterpret_cast<const TwoDoubles*>(slots + index[lane])[which];
+  };
+  const Doubles xy02 = join(half(0, 0), half(2, 0)), xy13 = join(half(1, 0), half(3, 0));
+  const Doubles zm02 = join(half(0, 1), half(2, 1)), zm13 = join(half(1, 1), half(3, 1));
+  constexpr Pick kEven{0, 4, 2, 6}, kOdd{1, 5, 3, 7};
+  return {{__builtin_shuffle(xy02, xy13, kEven), __builtin_shuffle(xy02, xy13, kOdd),
+           __builtin_shuffle(zm02, zm13, kEven), __builtin_shuffle(zm02, zm13, kOdd)}};
+}
+
+inline void scatter_part(SlotOf<double>* slots, const int* index, const Columns<double>& columns) {
+  typedef Register<double>::Bits Pick;
+  constexpr Pick kEven{0, 4, 2, 6}, kOdd{1, 5, 3, 7};
+  for (int which = 0; which < 2; ++which) {
+    const Doubles a = columns.of[2 * which], b = columns.of[2 * which + 1];
+    const Doubles of02 = __builtin_shuffle(a, b, kEven), of13 = __builtin_shuffle(a, b, kOdd);
+    const auto put = [&](int lane, TwoDoubles half) {
+      reinterpret_cast<TwoDoubles*>(slots + index[lane])[which] = half;
+    };
+    put(0, low(of02)), put(1, low(of13)), put(2, high(of02)), put(3, high(of13));
+  }
+}
+
+/// A square of four rows and columns in either half.
+inline void transpose(Floats (&rows)[4]) {
+  typedef Register<float>::Bits Pick;
+  constexpr Pick kLow{0, 8, 1, 9, 4, 12, 5, 13}, kHigh{2, 10, 3, 11, 6, 14, 7, 15};
+  const Floats a = __builtin_shuffle(rows[0], rows[2], kLow),
+               b = __builtin_shuffle(rows[1], rows[3], kLow),
+               c = __builtin_shuffle(rows[0], rows[2], kHigh),
+               d = __builtin_shuffle(rows[1], rows[3], kHigh);
+  rows[0] = __builtin_shuffle(a, b, kLow), rows[1] = __builtin_shuffle(a, b, kHigh);
+  rows[2] = __builtin_shuffle(c, d, kLow), rows[3] = __builtin_shuffle(c, d, kHigh);
+}
+
+inline Columns<float> gather_part(const SlotOf<float>* slots, const int* index) {
+  const auto row = [&](int lane) {
+    return *reinterpret_cast<const FourFloats*>(slots + index[lane]);
+  };
+  Columns<float> columns{
+      {join(row(0), row(4)), join(row(1), row(5)), join(row(2), row(6)), join(row(3), row(7))}};
+  transpose(columns.of);
+  return columns;
+}
+
+inline void scatter_part(SlotOf<float>* slots, const int* index, Columns<float> columns) {
+  transpose(columns.of);
+  const auto put = [&](int lane, FourFloats row) {
+    *reinterpret_cast<FourFloats*>(slots + index[lane]) = row;
+  };
+  for (int n = 0; n < 4; ++n) put(n, low(columns.of[n])), put(4 + n, high(columns.of[n]));
+}
+#endif
+
+template <class Real, std::size_t kCount>
+inline Gathered<Real> gather(const SlotOf<Real>* slots, const std::array<int, kCount>& index) {
+  Gathered<Real> gathered;
+  for (int n = 0; n < kParts; ++n) {
+    const Columns<Real> columns = gather_part(slots, index.data() + n * (kCount / kParts));
+    gathered.at.x.part[n] = columns.of[0];
+    gathered.at.y.part[n] = columns.of[1];
+    gathered.at.z.part[n] = columns.of[2];
+    gathered.mobility.part[n] = columns.of[3];
+  }
+  return gathered;
+}
+
+template <class Real, std::size_t kCount>
+inline void scatter(SlotOf<Real>* slots, const std::array<int, kCount>& index,
+                    const Wide3<Real>& at, const Wide<Real>& mobility) {
+  for (int n = 0; n < kParts; ++n)
+    scatter_part(slots, index.data() + n * (kCount / kParts),
+                 Columns<Real>{{at.x.part[n], at.y.part[n], at.z.part[n], mobility.part[n]}});
+}
+
+}  // namespace
+}  // namespace vstent::xpbd
