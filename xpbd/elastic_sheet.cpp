@@ -7,14 +7,6 @@
 namespace vstent::xpbd {
 namespace {
 
-std::span<const DistanceBatch> distances(const Layout& layout, const Task& t) {
-  return std::span(layout.distances).subspan(t.first_distance, t.last_distance - t.first_distance);
-}
-
-std::span<const BendingBatch> bendings(const Layout& layout, const Task& t) {
-  return std::span(layout.bendings).subspan(t.first_bending, t.last_bending - t.first_bending);
-}
-
 void add(const Tally& part, Tally& total) {
   total.energy += part.energy;
   total.carried_squares += part.carried_squares;
@@ -71,9 +63,9 @@ Tally elastic_forces(const ElasticSheet& sheet, std::span<const Slot> particles,
     partial.assign(2 * phase->size(), Tally{});
     side_by_side(phase->size(), [&](std::size_t k) {
       const Task& task = (*phase)[k];
-      partial[2 * k] = kernel.elastic_distance_forces(distances(sheet.layout, task),
+      partial[2 * k] = kernel.elastic_distance_forces(sheet.layout.distances_of(task),
                                                       particles.data(), forces.data());
-      partial[2 * k + 1] = kernel.elastic_bending_forces(bendings(sheet.layout, task),
+      partial[2 * k + 1] = kernel.elastic_bending_forces(sheet.layout.bendings_of(task),
                                                          particles.data(), forces.data());
     });
     for (const Tally& part : partial) add(part, total);

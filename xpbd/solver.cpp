@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "xpbd/elastic_sheet.hpp"
@@ -33,6 +34,25 @@ struct ClosableSpan {
   std::int64_t key;
 };
 
+/// What a step's sweeps run over.
+template <class Real>
+struct Stage {
+  BatchesOf<Real>& batches;
+  std::vector<SlotOf<Real>>&particles, &forces;
+  const StepKernels<Real>& kernel;
+};
+
+struct Single {
+  BatchesOf<float> batches;
+  std::vector<SlotOf<float>> particles, forces;
+};
+
+template <class Real>
+void forget_multipliers(BatchesOf<Real>& batches) {
+  for (auto& batch : batches.distances) batch.force.fill(0);
+  for (auto& batch : batches.bendings) batch.force.fill(0);
+}
+
 }  // namespace
 
 struct Solver::Implementation {
@@ -50,6 +70,8 @@ struct Solver::Implementation {
   std::vector<Vec3> positions;   // in the sheet's order
   std::vector<Vec3> velocities;  // in the sheet's order
   std::vector<Slot> forces;      // scratch
+  std::optional<Single> single;  // of steps in single precision
+  Precision precision = Precision::kDouble;
   Grouped<ClosableContact> contacts;
   std::vector<ClosableSpan> spans;
   bool backward = false;
@@ -101,16 +123,18 @@ struct Solver::Implementation {
     spans = std::move(taken);
   }
 
-  Vec3 point(const ClosableSpan& c) const {
-    return c.weights[0] * place(particles[c.particles[0]]) +
-           c.weights[1] * place(particles[c.particles[1]]) +
-           c.weights[2] * place(particles[c.particles[2]]);
+  template <class Real>
+  static Vec3 point(const ClosableSpan& c, const std::vector<SlotOf<Real>>& slots) {
+    return c.weights[0] * place(slots[c.particles[0]]) +
+           c.weights[1] * place(slots[c.particles[1]]) +
+           c.weights[2] * place(slots[c.particles[2]]);
   }
 
-  void add_span_forces(std::vector<Slot>& to) const {
+  template <class Real>
+  void add_span_forces(std::vector<SlotOf<Real>>& to) const {
     for (const ClosableSpan& c : spans) {
       for (std::size_t i = 0; i < 3; ++i) {
-        Slot& slot = to[c.particles[i]];
+        SlotOf<Real>& slot = to[c.particles[i]];
         put(slot, place(slot) + c.weights[i] * c.force * c.normal);
       }
     }
@@ -119,8 +143,9 @@ struct Solver::Implementation {
   /// One pass over the spans, one after the other: they share particles. `yielding(k, push)` is how
   /// far particle k gives way to a push, which sets the force; the places themselves are corrected
   /// along the normal, where `mobile(k)`. `moved(k, by)` hears of it.
-  template <class Yielding, class Mobile, class Moved>
-  void project_spans(const Yielding& yielding, const Mobile& mobile, const Moved& moved) {
+  template <class Real, class Yielding, class Mobile, class Moved>
+  void project_spans(std::vector<SlotOf<Real>>& slots, const Yielding& yielding,
+                     const Mobile& mobile, const Moved& moved) {
     for (ClosableSpan& c : spans) {
       double squares = 0;
       for (std::size_t i = 0; i < 3; ++i)
@@ -130,13 +155,13 @@ struct Solver::Implementation {
       for (std::size_t i = 0; i < 3; ++i)
         if (c.weights[i] > 0 && mobile(c.particles[i]))
           give += c.weights[i] * c.weights[i] * c.normal.dot(yielding(c.particles[i], c.normal));
-      const double change = std::max(-c.force, -(c.normal.dot(point(c)) - c.offset) / give);
+      const double change = std::max(-c.force, -(c.normal.dot(point(c, slots)) - c.offset) / give);
       c.force += change;
       for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t k = c.particles[i];
         if (c.weights[i] == 0 || !mobile(k)) continue;
         const Vec3 by = change * give / squares * c.weights[i] * c.normal;
-        put(particles[k], place(particles[k]) + by);
+        put(slots[k], place(slots[k]) + by);
         moved(k, by);
       }
     }
@@ -144,8 +169,8 @@ struct Solver::Implementation {
 
   void forget_multipliers() {
     for (ClosableSpan& c : spans) c.force = 0;
-    for (DistanceBatch& batch : layout.distances) batch.force.fill(0);
-    for (BendingBatch& batch : layout.bendings) batch.force.fill(0);
+    xpbd::forget_multipliers(layout);
+    if (single) xpbd::forget_multipliers(single->batches);
     for (Attachment& a : attachments.items) a.force = 0;
     std::fill(reaction.begin(), reaction.end(), 0.0);
   }
@@ -156,48 +181,49 @@ struct Solver::Implementation {
     steps_since_rest = 0;
   }
 
-  std::span<DistanceBatch> distances(const Task& t) {
-    return std::span(layout.distances)
-        .subspan(t.first_distance, t.last_distance - t.first_distance);
-  }
-  std::span<const DistanceBatch> distances(const Task& t) const {
-    return std::span(layout.distances)
-        .subspan(t.first_distance, t.last_distance - t.first_distance);
-  }
-  std::span<BendingBatch> bendings(const Task& t) {
-    return std::span(layout.bendings).subspan(t.first_bending, t.last_bending - t.first_bending);
-  }
-  std::span<const BendingBatch> bendings(const Task& t) const {
-    return std::span(layout.bendings).subspan(t.first_bending, t.last_bending - t.first_bending);
+  Stage<double> in_double() { return {layout, particles, forces, kernel.step}; }
+  Stage<float> in_single() {
+    if (!single)
+      single = Single{in_single_precision(layout), std::vector<SlotOf<float>>(particles.size()),
+                      std::vector<SlotOf<float>>(particles.size())};
+    return {single->batches, single->particles, single->forces, kernel.step_in_single};
   }
 
-  /// The kept multipliers' forces along the present gradients, into `forces`.
-  void turn_kept_forces() {
+  /// The kept multipliers' forces along the present gradients, into the stage's forces.
+  template <class Real>
+  void turn_kept_forces(const Stage<Real>& stage) {
     for_each_particle(forces.size(), [&](std::size_t k, std::size_t) {
       Vec3 force = Vec3::Zero();
       for (const Attachment& a : attachments.of(k)) {
         const Vec3 offset = place(particles[k]) - a.target;
         if (const double length = offset.norm(); length > 0) force += a.force / length * offset;
       }
-      forces[k] = {force.x(), force.y(), force.z(), 0};
+      stage.forces[k] = {};
+      put(stage.forces[k], force);
+      put(stage.particles[k], place(particles[k]));
     });
-    for (const auto* phase : {&layout.within, &layout.between})
-      side_by_side(phase->size(), [&](std::size_t k) {
-        const Task& task = (*phase)[k];
-        kernel.step.kept_distance_forces(distances(task), particles.data(), forces.data());
-        kernel.step.kept_bending_forces(bendings(task), particles.data(), forces.data());
+    for (const auto* phase : {&stage.batches.within, &stage.batches.between})
+      side_by_side(phase->size(), [&](std::size_t n) {
+        const BatchesOf<Real>& batches = stage.batches;
+        const Task& task = (*phase)[n];
+        const SlotOf<Real>* slots = stage.particles.data();
+        stage.kernel.kept_distance_forces(batches.distances_of(task), slots, stage.forces.data());
+        stage.kernel.kept_bending_forces(batches.bendings_of(task), slots, stage.forces.data());
       });
-    add_span_forces(forces);
+    add_span_forces(stage.forces);
   }
 
   /// Moves particle k by inertia, loads and kept multipliers; true where the velocity limit held it
   /// back.
-  bool predict(std::size_t k, double retained, const StepOptions& options) {
-    Slot& particle = particles[k];
+  template <class Real>
+  bool predict(std::size_t k, double retained, const StepOptions& options,
+               const Stage<Real>& stage) {
+    SlotOf<Real>& particle = stage.particles[k];
     const double dt = options.time_step;
     const double mobility = dt * dt * inverse_mass[k];
-    particle.mobility = mobility;
-    before[k] = place(particle);
+    before[k] = place(particles[k]);
+    particle.mobility = static_cast<Real>(mobility);
+    put(particle, before[k]);
     drift[k].setZero();
     if (!(mobility > 0)) return false;
     bool clamped = false;
@@ -208,7 +234,7 @@ struct Solver::Implementation {
       clamped = true;
     }
     Vec3 pushed = Vec3::Zero();
-    if (options.keep_multipliers) pushed = mobility * place(forces[k]);
+    if (options.keep_multipliers) pushed = mobility * place(stage.forces[k]);
     if (!elastic.load.empty()) pushed += mobility * elastic.load[k];
     for (ClosableContact& c : contacts.of(k)) {
       c.force = std::exchange(reaction[k], 0.0);
@@ -223,23 +249,27 @@ struct Solver::Implementation {
     return clamped;
   }
 
-  void sweep_batches() {
+  template <class Real>
+  void sweep_batches(const Stage<Real>& stage) {
     const auto run = [&](const std::vector<Task>& phase) {
-      side_by_side(phase.size(), [&](std::size_t k) {
-        if (!backward) kernel.step.project_distances(distances(phase[k]), particles.data(), false);
-        kernel.step.project_bendings(bendings(phase[k]), particles.data(), backward);
-        if (backward) kernel.step.project_distances(distances(phase[k]), particles.data(), true);
+      side_by_side(phase.size(), [&](std::size_t n) {
+        const auto distances = stage.batches.distances_of(phase[n]);
+        const auto bendings = stage.batches.bendings_of(phase[n]);
+        SlotOf<Real>* slots = stage.particles.data();
+        if (!backward) stage.kernel.project_distances(distances, slots, false);
+        stage.kernel.project_bendings(bendings, slots, backward);
+        if (backward) stage.kernel.project_distances(distances, slots, true);
       });
     };
-    run(backward ? layout.between : layout.within);
-    run(backward ? layout.within : layout.between);
+    run(backward ? stage.batches.between : stage.batches.within);
+    run(backward ? stage.batches.within : stage.batches.between);
     backward = !backward;
   }
 
   /// Attachments and contacts of one particle; contacts last, so that nothing penetrates.
-  void project_particle(std::size_t k) {
-    Slot& particle = particles[k];
-    const double mobility = particle.mobility;
+  template <class Real>
+  void project_particle(std::size_t k, SlotOf<Real>& particle) {
+    const auto mobility = static_cast<double>(particle.mobility);
     if (!(mobility > 0)) return;
     Vec3 x = place(particle);
     for (Attachment& a : attachments.of(k)) {
@@ -265,14 +295,14 @@ struct Solver::Implementation {
     double power = 0;
   };
 
-  void finish(std::size_t k, double dt, Finish& sums) {
-    const Slot& particle = particles[k];
+  template <class Real>
+  void finish(std::size_t k, double dt, const SlotOf<Real>& particle, Finish& sums) {
     const std::size_t vertex = at(layout.original[k]);
     const Vec3 x = place(particle);
     const Vec3 move = x - before[k];
     Vec3 velocity = move / dt;
     if (particle.mobility > 0) {
-      sums.power += move.dot(move - drift[k]) / particle.mobility;
+      sums.power += move.dot(move - drift[k]) / static_cast<double>(particle.mobility);
       for (const ClosableContact& c : contacts.of(k)) {
         if (!(c.force > 0)) continue;
         reaction[k] += c.force;
@@ -281,6 +311,7 @@ struct Solver::Implementation {
       }
     }
     sums.largest_move = std::max(sums.largest_move, move.norm());
+    put(particles[k], x);
     velocities[vertex] = velocity;
     positions[vertex] = x + origin;
   }
@@ -291,25 +322,37 @@ struct Solver::Implementation {
     group_contacts(new_contacts, contacts);
     take_spans(new_spans);
     if (std::exchange(relaxing, false)) rest();
-    if (!options.keep_multipliers) forget_multipliers();
-    if (options.keep_multipliers) turn_kept_forces();
+    const bool is_new_precision = std::exchange(precision, options.precision) != options.precision;
+    if (!options.keep_multipliers || is_new_precision) forget_multipliers();
+    return options.precision == Precision::kSingle ? step(options, in_single())
+                                                   : step(options, in_double());
+  }
 
+  template <class Real>
+  StepReport step(const StepOptions& options, const Stage<Real>& stage) {
+    if (options.keep_multipliers) turn_kept_forces(stage);
     const double retained =
         options.adaptive_damping ? steps_since_rest / (steps_since_rest + 3) : 1 - options.damping;
     std::vector<int> clamped(chunks(), 0);
     for_each_particle(particles.size(), [&](std::size_t k, std::size_t chunk) {
-      clamped[chunk] += predict(k, retained, options);
+      clamped[chunk] += predict(k, retained, options, stage);
     });
     std::vector<Finish> sums(chunks());
     for (int sweep = 1; sweep <= options.iterations; ++sweep) {
-      sweep_batches();
+      sweep_batches(stage);
       project_spans(
-          [&](std::size_t k, const Vec3& push) { return Vec3(particles[k].mobility * push); },
-          [&](std::size_t k) { return particles[k].mobility > 0; },
+          stage.particles,
+          [&](std::size_t k, const Vec3& push) {
+            return Vec3(static_cast<double>(stage.particles[k].mobility) * push);
+          },
+          [&](std::size_t k) { return stage.particles[k].mobility > 0; },
           [](std::size_t, const Vec3&) {});
+      const bool is_last = sweep == options.iterations;
+      if (!is_last && attachments.items.empty() && contacts.items.empty()) continue;
       for_each_particle(particles.size(), [&](std::size_t k, std::size_t chunk) {
-        project_particle(k);
-        if (sweep == options.iterations) finish(k, options.time_step, sums[chunk]);
+        SlotOf<Real>& particle = stage.particles[k];
+        project_particle(k, particle);
+        if (is_last) finish(k, options.time_step, particle, sums[chunk]);
       });
     }
 
@@ -402,6 +445,7 @@ struct Solver::Implementation {
       if (inverse_mass[k] > 0) relax_particle(k, residual, options, sums[chunk]);
     });
     project_spans(
+        particles,
         [&](std::size_t k, const Vec3& push) { return Vec3(options.step * (softness[k] * push)); },
         [&](std::size_t k) { return inverse_mass[k] > 0; },
         [&](std::size_t k, const Vec3& by) {
