@@ -73,7 +73,7 @@ struct Hinge {
 };
 
 template <class Real>
-inline Hinge<Real> hinge(const BendingBatchOf<Real>& batch, const Gathered<Real> (&particles)[4]) {
+[[gnu::always_inline]] inline Hinge<Real> hinge(const BendingBatchOf<Real>& batch, const Gathered<Real> (&particles)[4]) {
   const Wide<Real> zero = wide<Real>(0), one = wide<Real>(1);
   const Wide3<Real>& origin = particles[0].at;
   const Wide3<Real> edge = particles[1].at - origin, a = particles[2].at - origin,
@@ -105,13 +105,13 @@ inline Hinge<Real> hinge(const BendingBatchOf<Real>& batch, const Gathered<Real>
 }
 
 template <class Real>
-inline void gather(const SlotOf<Real>* slots, const BendingBatchOf<Real>& batch,
+[[gnu::always_inline]] inline void gather(const SlotOf<Real>* slots, const BendingBatchOf<Real>& batch,
                    Gathered<Real> (&particles)[4]) {
   for (std::size_t k = 0; k < 4; ++k) particles[k] = gather(slots, batch.vertex[k]);
 }
 
 template <class Real>
-inline void project(DistanceBatchOf<Real>& batch, SlotOf<Real>* particles) {
+[[gnu::always_inline]] inline void project(DistanceBatchOf<Real>& batch, SlotOf<Real>* particles) {
   const auto& [i, j] = batch.vertex;
   const Gathered<Real> a = gather(particles, i), b = gather(particles, j);
   const Wide3<Real> edge = b.at - a.at;
@@ -132,7 +132,7 @@ inline void project(DistanceBatchOf<Real>& batch, SlotOf<Real>* particles) {
 }
 
 template <class Real>
-inline void project(BendingBatchOf<Real>& batch, SlotOf<Real>* slots) {
+[[gnu::always_inline]] inline void project(BendingBatchOf<Real>& batch, SlotOf<Real>* slots) {
   Gathered<Real> p[4];
   gather(slots, batch, p);
   const Hinge<Real> h = hinge(batch, p);
@@ -156,7 +156,7 @@ void project_all(std::span<Batch> batches, SlotOf<Real>* particles, bool backwar
 }
 
 template <class Real, std::size_t kCount>
-inline void push(SlotOf<Real>* forces, const std::array<int, kCount>& index,
+[[gnu::always_inline]] inline void push(SlotOf<Real>* forces, const std::array<int, kCount>& index,
                  const Wide3<Real>& force) {
   const Gathered<Real> old = gather(forces, index);
   scatter(forces, index, old.at + force, old.mobility);

@@ -228,8 +228,8 @@ Layout make_layout(const Sheet& sheet) {
 
   auto distances = sort_by_task(sheet.distances, layout.number, block, tasks);
   auto bendings = sort_by_task(sheet.bendings, layout.number, block, tasks);
-  layout.distances.reserve(distances.constraint.size() / 3);
-  layout.bendings.reserve(bendings.constraint.size() / 3);
+  layout.distances.reserve(distances.constraint.size() / kLanes * 17 / 16 + tasks);
+  layout.bendings.reserve(bendings.constraint.size() / kLanes * 17 / 16 + tasks);
   Colouring colouring(sheet.positions.size());
   const auto members = [&](const auto& constraint) {
     auto indices = vertices(constraint);
@@ -304,8 +304,8 @@ BatchesOf<float> in_single_precision(const Layout& layout) {
     }
   };
   BatchesOf<float> single;
-  single.distances.reserve(layout.distances.size() * 5 / 8);
-  single.bendings.reserve(layout.bendings.size() * 5 / 8);
+  single.distances.reserve(layout.distances.size() * 17 / 32);
+  single.bendings.reserve(layout.bendings.size() * 17 / 32);
   const auto convert_phase = [&](const std::vector<Task>& from, std::vector<Task>& to) {
     for (const Task& task : from) {
       Task made{single.distances.size(), 0, single.bendings.size(), 0};

@@ -250,7 +250,7 @@ inline Doubles interleave_high(Doubles a, Doubles b) {
   return (Doubles)_mm512_unpackhi_pd((__m512d)a, (__m512d)b);
 }
 
-inline Columns<double> gather_part(const SlotOf<double>* slots, const int* index) {
+[[gnu::always_inline]] inline Columns<double> gather_part(const SlotOf<double>* slots, const int* index) {
   const auto rows = [&](int lane) {  // of this one and the next but one
     const auto row = [&](int at) {
       return _mm256_load_pd(reinterpret_cast<const double*>(slots + index[at]));
@@ -264,7 +264,7 @@ inline Columns<double> gather_part(const SlotOf<double>* slots, const int* index
            chunks<0xDD>(ym, ym_after)}};
 }
 
-inline void scatter_part(SlotOf<double>* slots, const int* index, const Columns<double>& columns) {
+[[gnu::always_inline]] inline void scatter_part(SlotOf<double>* slots, const int* index, const Columns<double>& columns) {
   const auto [x, y, z, m] = columns.of;
   // Even and odd lanes' halves: lanes 0, 2, 4, 6, and 1, 3, 5, 7.
   const Doubles xy_even = interleave_low(x, y), xy_odd = interleave_high(x, y);
@@ -297,7 +297,7 @@ inline void transpose(Floats (&rows)[4]) {
   rows[0] = low(a, b), rows[1] = high(a, b), rows[2] = low(c, d), rows[3] = high(c, d);
 }
 
-inline Columns<float> gather_part(const SlotOf<float>* slots, const int* index) {
+[[gnu::always_inline]] inline Columns<float> gather_part(const SlotOf<float>* slots, const int* index) {
   const auto row = [&](int lane) {
     return _mm_load_ps(reinterpret_cast<const float*>(slots + index[lane]));
   };
@@ -312,7 +312,7 @@ inline Columns<float> gather_part(const SlotOf<float>* slots, const int* index) 
   return columns;
 }
 
-inline void scatter_part(SlotOf<float>* slots, const int* index, Columns<float> columns) {
+[[gnu::always_inline]] inline void scatter_part(SlotOf<float>* slots, const int* index, Columns<float> columns) {
   transpose(columns.of);
   const auto put = [&](int lane, __m128 row) {
     _mm_store_ps(reinterpret_cast<float*>(slots + index[lane]), row);
@@ -326,7 +326,7 @@ inline void scatter_part(SlotOf<float>* slots, const int* index, Columns<float> 
   }
 }
 #else
-inline Columns<double> gather_part(const SlotOf<double>* slots, const int* index) {
+[[gnu::always_inline]] inline Columns<double> gather_part(const SlotOf<double>* slots, const int* index) {
   typedef Register<double>::Bits Pick;
   const auto half = [&](int lane, int which) {
     return reinterpret_cast<const TwoDoubles*>(slots + index[lane])[which];
@@ -338,7 +338,7 @@ inline Columns<double> gather_part(const SlotOf<double>* slots, const int* index
            __builtin_shuffle(zm02, zm13, kEven), __builtin_shuffle(zm02, zm13, kOdd)}};
 }
 
-inline void scatter_part(SlotOf<double>* slots, const int* index, const Columns<double>& columns) {
+[[gnu::always_inline]] inline void scatter_part(SlotOf<double>* slots, const int* index, const Columns<double>& columns) {
   typedef Register<double>::Bits Pick;
   constexpr Pick kEven{0, 4, 2, 6}, kOdd{1, 5, 3, 7};
   for (int which = 0; which < 2; ++which) {
@@ -363,7 +363,7 @@ inline void transpose(Floats (&rows)[4]) {
   rows[2] = __builtin_shuffle(c, d, kLow), rows[3] = __builtin_shuffle(c, d, kHigh);
 }
 
-inline Columns<float> gather_part(const SlotOf<float>* slots, const int* index) {
+[[gnu::always_inline]] inline Columns<float> gather_part(const SlotOf<float>* slots, const int* index) {
   const auto row = [&](int lane) {
     return *reinterpret_cast<const FourFloats*>(slots + index[lane]);
   };
@@ -373,7 +373,7 @@ inline Columns<float> gather_part(const SlotOf<float>* slots, const int* index) 
   return columns;
 }
 
-inline void scatter_part(SlotOf<float>* slots, const int* index, Columns<float> columns) {
+[[gnu::always_inline]] inline void scatter_part(SlotOf<float>* slots, const int* index, Columns<float> columns) {
   transpose(columns.of);
   const auto put = [&](int lane, FourFloats row) {
     *reinterpret_cast<FourFloats*>(slots + index[lane]) = row;
@@ -383,7 +383,7 @@ inline void scatter_part(SlotOf<float>* slots, const int* index, Columns<float> 
 #endif
 
 template <class Real, std::size_t kCount>
-inline Gathered<Real> gather(const SlotOf<Real>* slots, const std::array<int, kCount>& index) {
+[[gnu::always_inline]] inline Gathered<Real> gather(const SlotOf<Real>* slots, const std::array<int, kCount>& index) {
   Gathered<Real> gathered;
   for (int n = 0; n < kParts; ++n) {
     const Columns<Real> columns = gather_part(slots, index.data() + n * (kCount / kParts));
@@ -396,7 +396,7 @@ inline Gathered<Real> gather(const SlotOf<Real>* slots, const std::array<int, kC
 }
 
 template <class Real, std::size_t kCount>
-inline void scatter(SlotOf<Real>* slots, const std::array<int, kCount>& index,
+[[gnu::always_inline]] inline void scatter(SlotOf<Real>* slots, const std::array<int, kCount>& index,
                     const Wide3<Real>& at, const Wide<Real>& mobility) {
   for (int n = 0; n < kParts; ++n)
     scatter_part(slots, index.data() + n * (kCount / kParts),

@@ -136,16 +136,23 @@ TEST(Layout, TakesMoreThanSixtyFourConstraintsAtAVertex) {
   EXPECT_EQ(reordered(sheet).distances.size(), 300u);
 }
 
-std::vector<Vec3> deployed(const Sheet& sheet, const Mesh& mesh, bool relax) {
+enum class Way { kRelax, kStep, kStepInSingle };
+
+std::vector<Vec3> deployed(const Sheet& sheet, const Mesh& mesh, Way way) {
   Solver solver(sheet);
   double relative = 0;
   for (int step = 0; step < 40; ++step) {
     const auto contacts = cylinder_contacts(solver.positions(), mesh.pinned, 2.5 + 0.03 * step, 12);
-    if (relax)
+    if (way == Way::kRelax) {
       relative = solver.relax(contacts, {}).balance.relative;
-    else
-      solver.step(contacts, {.iterations = 2, .velocity_limit = 0.1, .adaptive_damping = true});
-    if (!relax) relative = solver.balance(contacts, 1e-3).relative;
+      continue;
+    }
+    solver.step(contacts, {.iterations = 2,
+                           .velocity_limit = 0.1,
+                           .adaptive_damping = true,
+                           .precision = way == Way::kStep ? xpbd::Precision::kDouble
+                                                          : xpbd::Precision::kSingle});
+    relative = solver.balance(contacts, 1e-3).relative;
   }
   std::vector<Vec3> result(solver.positions().begin(), solver.positions().end());
   result.push_back(Vec3::Constant(relative));
@@ -155,18 +162,29 @@ std::vector<Vec3> deployed(const Sheet& sheet, const Mesh& mesh, bool relax) {
 TEST(Threads, GiveTheSameBits) {
   const Mesh mesh = vessel();
   const Sheet sheet = sheet_of(mesh);
-  for (const bool relax : {false, true}) {
+  for (const Way way : {Way::kRelax, Way::kStep, Way::kStepInSingle}) {
     std::vector<Vec3> first;
     for (int threads : {1, 2, 3, 8}) {
       tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                 static_cast<std::size_t>(threads));
       tbb::task_arena arena(threads);
-      const auto result = arena.execute([&] { return deployed(sheet, mesh, relax); });
+      const auto result = arena.execute([&] { return deployed(sheet, mesh, way); });
       if (first.empty()) first = result;
       EXPECT_EQ(std::memcmp(first.data(), result.data(), first.size() * sizeof(Vec3)), 0)
           << threads;
     }
   }
+}
+
+TEST(SinglePrecision, MovesAsDouble) {
+  const Mesh mesh = vessel();
+  const Sheet sheet = sheet_of(mesh);
+  const auto in_double = deployed(sheet, mesh, Way::kStep);
+  const auto in_single = deployed(sheet, mesh, Way::kStepInSingle);
+  double largest = 0;
+  for (std::size_t i = 0; i < mesh.points.size(); ++i)
+    largest = std::max(largest, (in_single[i] - in_double[i]).norm());
+  printf("largest %g relative %g %g\n", largest, in_double.back().x(), in_single.back().x());
 }
 
 /// Both instruction sets from the same places: projections there and back, then the kept forces.
