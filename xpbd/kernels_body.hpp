@@ -73,7 +73,8 @@ struct Hinge {
 };
 
 template <class Real>
-[[gnu::always_inline]] inline Hinge<Real> hinge(const BendingBatchOf<Real>& batch, const Gathered<Real> (&particles)[4]) {
+[[gnu::always_inline]] inline Hinge<Real> hinge(const BendingBatchOf<Real>& batch,
+                                                const Gathered<Real> (&particles)[4]) {
   const Wide<Real> zero = wide<Real>(0), one = wide<Real>(1);
   const Wide3<Real>& origin = particles[0].at;
   const Wide3<Real> edge = particles[1].at - origin, a = particles[2].at - origin,
@@ -105,15 +106,18 @@ template <class Real>
 }
 
 template <class Real>
-[[gnu::always_inline]] inline void gather(const SlotOf<Real>* slots, const BendingBatchOf<Real>& batch,
-                   Gathered<Real> (&particles)[4]) {
-  for (std::size_t k = 0; k < 4; ++k) particles[k] = gather(slots, batch.vertex[k]);
+[[gnu::always_inline]] inline void gather(const SlotOf<Real>* slots,
+                                          const BendingBatchOf<Real>& batch,
+                                          Gathered<Real> (&particles)[4]) {
+#pragma GCC unroll 4
+  for (std::size_t k = 0; k < 4; ++k) gather(slots, batch.vertex[k], particles[k]);
 }
 
 template <class Real>
 [[gnu::always_inline]] inline void project(DistanceBatchOf<Real>& batch, SlotOf<Real>* particles) {
-  const auto& [i, j] = batch.vertex;
-  const Gathered<Real> a = gather(particles, i), b = gather(particles, j);
+  Gathered<Real> a, b;
+  gather(particles, batch.vertex[0], a);
+  gather(particles, batch.vertex[1], b);
   const Wide3<Real> edge = b.at - a.at;
   const Wide<Real> length = root(dot(edge, edge));
   const Wide<Real> compliance = load(batch.compliance), force = load(batch.force);
@@ -127,8 +131,8 @@ template <class Real>
       select(sound, -(stretch + compliance * force) * inverse, wide<Real>(0));
   store(batch.force, force + over_length * safe);
   const Wide3<Real> push = over_length * edge;
-  scatter(particles, i, a.at - a.mobility * push, a.mobility);
-  scatter(particles, j, b.at + b.mobility * push, b.mobility);
+  scatter(particles, a, a.at - a.mobility * push);
+  scatter(particles, b, b.at + b.mobility * push);
 }
 
 template <class Real>
@@ -142,9 +146,9 @@ template <class Real>
   const Wide<Real> change = select(
       pull > wide<Real>(0), -(h.fold + compliance * force) / (compliance + pull), wide<Real>(0));
   store(batch.force, force + change);
+#pragma GCC unroll 4
   for (std::size_t k = 0; k < 4; ++k)
-    scatter(slots, batch.vertex[k], p[k].at + (p[k].mobility * change) * h.gradient[k],
-            p[k].mobility);
+    scatter(slots, p[k], p[k].at + (p[k].mobility * change) * h.gradient[k]);
 }
 
 template <class Batch, class Real>
@@ -157,9 +161,10 @@ void project_all(std::span<Batch> batches, SlotOf<Real>* particles, bool backwar
 
 template <class Real, std::size_t kCount>
 [[gnu::always_inline]] inline void push(SlotOf<Real>* forces, const std::array<int, kCount>& index,
-                 const Wide3<Real>& force) {
-  const Gathered<Real> old = gather(forces, index);
-  scatter(forces, index, old.at + force, old.mobility);
+                                        const Wide3<Real>& force) {
+  Gathered<Real> old;
+  gather(forces, index, old);
+  scatter(forces, old, old.at + force);
 }
 
 /// 1 for a constraint, 0 for the copies that fill a short batch.
@@ -183,6 +188,14 @@ struct WideTally {
   Tally total() const { return {sum(energy), sum(squares), sum(count)}; }
 };
 
+template <class Real>
+inline Wide3<Real> edge_of(const DistanceBatchOf<Real>& batch, const SlotOf<Real>* particles) {
+  Gathered<Real> a, b;
+  gather(particles, batch.vertex[0], a);
+  gather(particles, batch.vertex[1], b);
+  return b.at - a.at;
+}
+
 /// force / length along the edge, none where it has no length.
 template <class Real>
 inline void push_apart(const DistanceBatchOf<Real>& batch, const Wide3<Real>& edge,
@@ -199,8 +212,7 @@ template <class Real>
 void kept_distance_forces(std::span<const DistanceBatchOf<Real>> batches,
                           const SlotOf<Real>* particles, SlotOf<Real>* forces) {
   for (const DistanceBatchOf<Real>& batch : batches) {
-    const auto& [i, j] = batch.vertex;
-    const Wide3<Real> edge = gather(particles, j).at - gather(particles, i).at;
+    const Wide3<Real> edge = edge_of(batch, particles);
     push_apart(batch, edge, root(dot(edge, edge)), load(batch.force), forces);
   }
 }
@@ -221,12 +233,11 @@ Tally elastic_distance_forces(std::span<const DistanceBatch> batches, const Slot
                               Slot* forces) {
   WideTally tally;
   for (const DistanceBatch& batch : batches) {
-    const auto& [i, j] = batch.vertex;
-    const Wide3<double> edge = gather(particles, j).at - gather(particles, i).at;
+    const Wide3<double> edge = edge_of(batch, particles);
     const Wide<double> length = root(dot(edge, edge));
     const Wide<double> stretch = length - load(batch.rest);
     const Wide<double> force = -stretch / load(batch.compliance);
-    tally.add(force, stretch, wide<double>(1), i);
+    tally.add(force, stretch, wide<double>(1), batch.vertex[0]);
     push_apart(batch, edge, length, force, forces);
   }
   return tally.total();
