@@ -16,6 +16,9 @@ const std::vector<std::pair<std::string, Shape>> kShapes = {
     {"tube", Shape::tube}, {"capsule", Shape::capsule}, {"paper", Shape::paper}};
 const std::vector<std::pair<std::string, stents::Cell>> kCells = {{"open", stents::Cell::open},
                                                                   {"closed", stents::Cell::closed}};
+const std::vector<std::pair<std::string, xpbd::MembraneModel>> kMembranes = {
+    {"neo_hookean", xpbd::MembraneModel::neo_hookean}, {"springs", xpbd::MembraneModel::springs}};
+
 template <class Value>
 std::string word_for(const std::vector<std::pair<std::string, Value>>& choices, Value value) {
   return std::find_if(choices.begin(), choices.end(),
@@ -127,6 +130,8 @@ void parse_wall(vessels::ObjectReader wall, Case& result) {
       wall.number("youngs_modulus_MPa", 1e-6, 1e6, "a positive stiffness in MPa");
   result.thickness = wall.length("thickness");
   result.poisson_ratio = wall.number("poisson_ratio", 0, 0.4999, "from 0 to below 0.5");
+  const auto membrane = wall.choice("membrane", kMembranes);
+  result.membrane = membrane.value_or(result.membrane);
   result.modulus_array = wall.text("modulus_array").value_or("");
   result.thickness_array = wall.text("thickness_array").value_or("");
   std::vector<std::pair<std::string, std::string>> units;
@@ -137,11 +142,12 @@ void parse_wall(vessels::ObjectReader wall, Case& result) {
   if (!result.modulus_array.empty() && !unit)
     wall.refuse("modulus_unit", "is missing: the unit of modulus_array, MPa, kPa, Pa or dyn/cm2");
   result.modulus_unit = unit.value_or(result.modulus_unit);
-  if (result.paper_wall() && (result.youngs_modulus || result.thickness || result.poisson_ratio ||
-                              !result.modulus_array.empty() || !result.thickness_array.empty())) {
+  if (result.paper_wall() &&
+      (result.youngs_modulus || result.thickness || result.poisson_ratio || membrane ||
+       !result.modulus_array.empty() || !result.thickness_array.empty())) {
     wall.refuse("preset",
                 "\"paper\" has its own constants; leave youngs_modulus_MPa, thickness, "
-                "poisson_ratio and the arrays out");
+                "poisson_ratio, membrane and the arrays out");
   }
   if (result.youngs_modulus && !result.modulus_array.empty())
     wall.refuse("modulus_array", "is given as well as youngs_modulus_MPa; leave one out");
@@ -241,6 +247,7 @@ nlohmann::ordered_json to_json(const Case& c) {
   if (c.youngs_modulus) wall["youngs_modulus_MPa"] = *c.youngs_modulus;
   if (c.thickness) wall["thickness"] = length_text(*c.thickness);
   if (c.poisson_ratio) wall["poisson_ratio"] = *c.poisson_ratio;
+  if (!c.paper_wall()) wall["membrane"] = word_for(kMembranes, c.membrane);
   if (c.contact_distance) result["contact"]["distance"] = length_text(*c.contact_distance);
   if (c.contact_stiffness) result["contact"]["stiffness_N_per_mm"] = *c.contact_stiffness;
   if (c.patch_margin) result["patch"]["margin"] = length_text(*c.patch_margin);

@@ -50,6 +50,7 @@ struct Case {
   std::string wall_preset = "elastic";  ///< `elastic`, `paper`, or one of wall_presets()
   bool paper_wall() const { return wall_preset == "paper"; }
   std::optional<double> youngs_modulus, thickness, poisson_ratio;  ///< MPa, mm, 1
+  xpbd::MembraneModel membrane = xpbd::MembraneModel::neo_hookean;
   std::string modulus_array, thickness_array;  ///< point arrays of the surface, in place of these
   std::string modulus_unit = "MPa";            ///< of modulus_array; thickness is in the file's
   double tissue_support = 0;                   ///< MPa/mm; 0: none

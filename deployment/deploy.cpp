@@ -52,14 +52,19 @@ Wall make_wall(const Setup& setup, WallMesh mesh) {
     // finely cut.
     const xpbd::Membrane membrane{
         .poisson_ratio = *c.poisson_ratio,
+        .model = c.membrane,
         .bending_thickness = setup.has_struts() ? *c.patch_edge_length : 0};
     wall.sheet = xpbd::make_sheet(
         m.points, m.triangles, m.pinned,
         xpbd::VariableMembrane{m.material.youngs_modulus, m.material.thickness, membrane});
   }
   if (c.tissue_support > 0) xpbd::support(wall.sheet, m.triangles, c.tissue_support);
-  for (const xpbd::DistanceConstraint& d : wall.sheet.distances)
-    wall.edge_length += d.rest_length / static_cast<double>(wall.sheet.distances.size());
+  for (const Triangle& t : m.triangles)
+    for (std::size_t k = 0; k < 3; ++k)
+      wall.edge_length += (m.points[static_cast<std::size_t>(t[(k + 1) % 3])] -
+                           m.points[static_cast<std::size_t>(t[k])])
+                              .norm() /
+                          static_cast<double>(3 * m.triangles.size());
   return wall;
 }
 

@@ -44,6 +44,17 @@ struct alignas(64) BendingBatchOf {
 };
 using BendingBatch = BendingBatchOf<double>;
 
+/// The gradients of a triangle's deformation, by its edges from corner 0: column 0 is `along` times
+/// the edge to corner 1, column 1 `across` times that to corner 2 less `skew` times the first.
+/// Compliance is 1.
+struct alignas(64) TriangleBatch {
+  Lanes along, skew, across;  ///< 1/mm
+  Lanes weight;               ///< shear modulus times volume, N mm
+  Lanes bulk;                 ///< bulk over shear modulus
+  Lanes force;                ///< sqrt(N mm)
+  std::array<Indices, 3> vertex;
+};
+
 /// Sums over constraints that ForceBalance needs.
 struct Tally {
   double energy = 0;           ///< N mm

@@ -6,6 +6,7 @@
 
 #include "xpbd/neighbourhoods.hpp"
 #include "xpbd/parallel.hpp"
+#include "xpbd/triangle_stiffness.hpp"
 
 namespace vstent::xpbd {
 namespace {
@@ -43,6 +44,13 @@ CoarseSpace::CoarseSpace(const ElasticSheet& sheet, std::span<const Slot> partic
   for_each_distance(sheet.layout, [&](int i, int j, double length, double) {
     edges.push_back({i, j, length});
   });
+  for_each_triangle(
+      sheet.layout, [&](const std::array<int, 3>& v, const TriangleBatch&, std::size_t) {
+        for (std::size_t k = 0; k < 3; ++k) {  // most edges twice: no matter
+          const int i = v[k], j = v[(k + 1) % 3];
+          edges.push_back({i, j, (place(particles[at(i)]) - place(particles[at(j)])).norm()});
+        }
+      });
   const Graph graph = make_graph(particles.size(), edges);
   std::vector<int> free;
   for (std::size_t k = 0; k < sheet.free.size(); ++k)
@@ -74,6 +82,10 @@ CoarseSpace::CoarseSpace(const ElasticSheet& sheet, std::span<const Slot> partic
     for (std::size_t k = 0; k < 4; ++k)
       for (std::size_t l = 0; l < k; ++l) join(v[k], v[l]);
   });
+  for_each_triangle(sheet.layout,
+                    [&](const std::array<int, 3>& v, const TriangleBatch&, std::size_t) {
+                      for (std::size_t k = 0; k < 3; ++k) join(v[k], v[(k + 1) % 3]);
+                    });
   first_neighbour_.push_back(0);
   for (const std::set<int>& of_one : beside) {
     neighbours_.insert(neighbours_.end(), of_one.begin(), of_one.end());
@@ -81,6 +93,29 @@ CoarseSpace::CoarseSpace(const ElasticSheet& sheet, std::span<const Slot> partic
   }
   blocks_.resize(neighbours_.size());
   matrix_.resize(6 * homes, 6 * homes);
+}
+
+template <int kRows, std::size_t kVertices>
+void CoarseSpace::add_square(
+    const std::array<int, kVertices>& vertices,
+    const std::array<Eigen::Matrix<double, kRows, 3>, kVertices>& matrices) {
+  std::array<int, kVertices> homes{};
+  std::array<Eigen::Matrix<double, kRows, 6>, kVertices> turning;
+  std::size_t different = 0;
+  for (std::size_t k = 0; k < kVertices; ++k) {
+    const int home = home_[at(vertices[k])];
+    if (home < 0) continue;
+    std::size_t slot = 0;
+    while (slot < different && homes[slot] != home) ++slot;
+    if (slot == different) {
+      homes[different] = home;
+      turning[different++].setZero();
+    }
+    turning[slot] += matrices[k] * rigid(arms_[at(vertices[k])]);
+  }
+  for (std::size_t k = 0; k < different; ++k)
+    for (std::size_t l = 0; l < different; ++l)
+      if (homes[k] >= homes[l]) block(homes[k], homes[l]) += turning[k].transpose() * turning[l];
 }
 
 CoarseSpace::Matrix6& CoarseSpace::block(int a, int b) {
@@ -135,24 +170,23 @@ void CoarseSpace::update(const ElasticSheet& sheet, std::span<const Slot> partic
     std::array<Vec3, 4> gradient;
     hinge_angle(place(particles[at(v[0])]), place(particles[at(v[1])]), place(particles[at(v[2])]),
                 place(particles[at(v[3])]), &gradient);
-    std::array<int, 4> homes{};
-    std::array<Eigen::Matrix<double, 6, 1>, 4> turning;
-    std::size_t different = 0;
-    for (std::size_t k = 0; k < 4; ++k) {
-      if (home(k) < 0) continue;
-      std::size_t slot = 0;
-      while (slot < different && homes[slot] != home(k)) ++slot;
-      if (slot == different) {
-        homes[different] = home(k);
-        turning[different++].setZero();
-      }
-      turning[slot] += rigid(arms_[at(v[k])]).transpose() * gradient[k];
-    }
-    for (std::size_t k = 0; k < different; ++k)
-      for (std::size_t l = 0; l < different; ++l)
-        if (homes[k] >= homes[l])
-          block(homes[k], homes[l]) += stiffness * turning[k] * turning[l].transpose();
+    std::array<Eigen::Matrix<double, 1, 3>, 4> rows;
+    for (std::size_t k = 0; k < 4; ++k) rows[k] = std::sqrt(stiffness) * gradient[k].transpose();
+    add_square(v, rows);
   });
+  for_each_triangle(
+      sheet.layout, [&](const std::array<int, 3>& v, const TriangleBatch& batch, std::size_t lane) {
+        const auto x = [&](std::size_t k) { return place(particles[at(v[k])]); };
+        const TriangleStiffness s = measure_stiffness(batch, lane, {x(0), x(1), x(2)});
+        for (std::size_t k = 0; k < 3; ++k) own[at(v[k])] += s.strains[k].squaredNorm();
+        std::array<Eigen::Matrix<double, 9, 3>, 3> rows;
+        const double first = std::sqrt(std::max(0.0, s.stress[0]));
+        const double second = std::sqrt(std::max(0.0, s.stress[1]));
+        for (std::size_t k = 0; k < 3; ++k)
+          rows[k] << s.strains[k], first * s.shares[0][k] * Eigen::Matrix3d::Identity(),
+              second * s.shares[1][k] * Eigen::Matrix3d::Identity();
+        add_square(v, rows);
+      });
   for (std::size_t k = 0; k < particles.size(); ++k) {
     if (home_[k] < 0) continue;
     double support = 0;

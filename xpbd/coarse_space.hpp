@@ -32,6 +32,11 @@ class CoarseSpace {
 
   Matrix6& block(int a, int b);
 
+  /// Adds the square of sum_v matrices[v] u_v, for u the vertices' motions.
+  template <int kRows, std::size_t kVertices>
+  void add_square(const std::array<int, kVertices>& vertices,
+                  const std::array<Eigen::Matrix<double, kRows, 3>, kVertices>& matrices);
+
   std::vector<int> home_;                          // neighbourhood of each particle, -1: none
   std::vector<int> first_;                         // of each neighbourhood in members_
   std::vector<int> members_;                       // particles, by neighbourhood

@@ -60,13 +60,15 @@ Tally elastic_forces(const ElasticSheet& sheet, std::span<const Slot> particles,
   for (const Tally& part : partial) add(part, total);
   const Kernels& kernel = kernels();
   for (const auto* phase : {&sheet.layout.within, &sheet.layout.between}) {
-    partial.assign(2 * phase->size(), Tally{});
+    partial.assign(3 * phase->size(), Tally{});
     side_by_side(phase->size(), [&](std::size_t k) {
       const Task& task = (*phase)[k];
-      partial[2 * k] = kernel.elastic_distance_forces(sheet.layout.distances_of(task),
+      partial[3 * k] = kernel.elastic_distance_forces(sheet.layout.distances_of(task),
                                                       particles.data(), forces.data());
-      partial[2 * k + 1] = kernel.elastic_bending_forces(sheet.layout.bendings_of(task),
+      partial[3 * k + 1] = kernel.elastic_bending_forces(sheet.layout.bendings_of(task),
                                                          particles.data(), forces.data());
+      partial[3 * k + 2] = kernel.elastic_triangle_forces(sheet.layout.triangles_of(task),
+                                                          particles.data(), forces.data());
     });
     for (const Tally& part : partial) add(part, total);
   }

@@ -26,11 +26,15 @@ struct StepKernels {
 struct Kernels {
   StepKernels<double> step;
   StepKernels<float> step_in_single;
+  void (*project_triangles)(std::span<TriangleBatch>, Slot* particles, bool backward);
+  void (*kept_triangle_forces)(std::span<const TriangleBatch>, const Slot* particles, Slot* forces);
   /// Adds the elastic forces -C / compliance along the present gradients, whatever the multipliers.
   Tally (*elastic_distance_forces)(std::span<const DistanceBatch>, const Slot* particles,
                                    Slot* forces);
   Tally (*elastic_bending_forces)(std::span<const BendingBatch>, const Slot* particles,
                                   Slot* forces);
+  Tally (*elastic_triangle_forces)(std::span<const TriangleBatch>, const Slot* particles,
+                                   Slot* forces);
 };
 
 const Kernels& baseline_kernels();

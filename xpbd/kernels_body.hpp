@@ -1,7 +1,8 @@
 // Body of the kernels: included by one .cpp per instruction set. Everything here has internal
 // linkage, so that code for wide registers cannot leak into other files.
+#include "xpbd/gathered.hpp"
 #include "xpbd/kernels.hpp"
-#include "xpbd/wide.hpp"
+#include "xpbd/membrane_law.hpp"
 
 namespace vstent::xpbd {
 namespace {
@@ -105,12 +106,62 @@ template <class Real>
   return h;
 }
 
-template <class Real>
-[[gnu::always_inline]] inline void gather(const SlotOf<Real>* slots,
-                                          const BendingBatchOf<Real>& batch,
-                                          Gathered<Real> (&particles)[4]) {
+/// For the membrane's law.
+struct SeveralTriangles {
+  using Number = Wide<double>;
+  static Number larger(const Number& a, const Number& b) { return select(a > b, a, b); }
+  static Number smaller(const Number& a, const Number& b) { return select(a < b, a, b); }
+  static double largest_magnitude(const Number& a) {
+    alignas(64) Lanes lanes;
+    store(lanes, absolute(a));
+    double largest = lanes[0];
+    for (double lane : lanes) largest = lane > largest ? lane : largest;
+    return largest;
+  }
+};
+
+struct Stretch {
+  Wide<double> energy;  // N mm
+  Wide3<double> gradient[3];
+  Wide<double> squares[3];  // |gradient|^2
+};
+
+inline Stretch stretch(const TriangleBatch& batch, const Gathered<double> (&particles)[3]) {
+  typedef Wide<double> Number;
+  typedef Wide3<double> Vector;
+  const Number along = load(batch.along), skew = load(batch.skew), across = load(batch.across);
+  const Number weight = load(batch.weight), one = wide<double>(1);
+  const Vector& corner = particles[0].at;
+  const Vector edge = particles[1].at - corner;
+  const Vector f = along * edge, g = across * (particles[2].at - corner) - skew * edge;
+  const Number ff = dot(f, f), gg = dot(g, g), fg = dot(f, g);
+  const SheetStretch<SeveralTriangles> law = stretch_of_sheet<SeveralTriangles>(
+      (ff - one) + (gg - one), (ff - one) * (gg - one) - fg * fg, load(batch.bulk));
+  Stretch s;
+  s.energy = weight * law.energy;
+  const Number scale = weight * law.inverse_square;
+  const Vector on_f = (scale * (one - law.pressure * gg)) * f + (scale * law.pressure * fg) * g;
+  const Vector on_g = (scale * (one - law.pressure * ff)) * g + (scale * law.pressure * fg) * f;
+  s.gradient[1] = along * on_f - skew * on_g;
+  s.gradient[2] = across * on_g;
+  s.gradient[0] = wide<double>(-1) * (s.gradient[1] + s.gradient[2]);
+  for (int k = 0; k < 3; ++k) s.squares[k] = dot(s.gradient[k], s.gradient[k]);
+  return s;
+}
+
+/// 1 / C for C = sqrt(2 energy), which makes the energy's gradient that of the constraint; 0 at
+/// rest.
+inline Wide<double> over_constraint(const Wide<double>& energy, const Wide<double>& weight) {
+  const Wide<double> one = wide<double>(1), doubled = 2.0 * energy;
+  const Mask<double> strained = doubled > 1e-26 * weight;
+  return select(strained, one / root(select(strained, doubled, one)), wide<double>(0));
+}
+
+template <class Real, class Batch, std::size_t kCount>
+[[gnu::always_inline]] inline void gather(const SlotOf<Real>* slots, const Batch& batch,
+                                          Gathered<Real> (&particles)[kCount]) {
 #pragma GCC unroll 4
-  for (std::size_t k = 0; k < 4; ++k) gather(slots, batch.vertex[k], particles[k]);
+  for (std::size_t k = 0; k < kCount; ++k) gather(slots, batch.vertex[k], particles[k]);
 }
 
 template <class Real>
@@ -149,6 +200,21 @@ template <class Real>
 #pragma GCC unroll 4
   for (std::size_t k = 0; k < 4; ++k)
     scatter(slots, p[k], p[k].at + (p[k].mobility * change) * h.gradient[k]);
+}
+
+inline void project(TriangleBatch& batch, Slot* slots) {
+  Gathered<double> p[3];
+  gather(slots, batch, p);
+  const Stretch s = stretch(batch, p);
+  const Wide<double> inverse = over_constraint(s.energy, load(batch.weight));
+  const Wide<double> force = load(batch.force);
+  const Wide<double> pull =
+      inverse * inverse *
+      (p[0].mobility * s.squares[0] + p[1].mobility * s.squares[1] + p[2].mobility * s.squares[2]);
+  const Wide<double> change = -(2.0 * s.energy * inverse + force) / (1.0 + pull);
+  store(batch.force, force + change);
+  for (std::size_t k = 0; k < 3; ++k)
+    scatter(slots, p[k], p[k].at + (p[k].mobility * change * inverse) * s.gradient[k]);
 }
 
 template <class Batch, class Real>
@@ -257,13 +323,36 @@ Tally elastic_bending_forces(std::span<const BendingBatch> batches, const Slot* 
   return tally.total();
 }
 
+template <bool kElastic>
+Tally triangle_forces(std::span<const TriangleBatch> batches, const Slot* particles, Slot* forces) {
+  WideTally tally;
+  for (const TriangleBatch& batch : batches) {
+    Gathered<double> p[3];
+    gather(particles, batch, p);
+    const Stretch s = stretch(batch, p);
+    const Wide<double> minus = wide<double>(-1);
+    const Wide<double> force =
+        kElastic ? minus : load(batch.force) * over_constraint(s.energy, load(batch.weight));
+    if (kElastic) tally.add(minus, 2.0 * s.energy, s.squares[2], batch.vertex[0]);
+    for (std::size_t k = 0; k < 3; ++k) push(forces, batch.vertex[k], force * s.gradient[k]);
+  }
+  return tally.total();
+}
+
+void kept_triangle_forces(std::span<const TriangleBatch> batches, const Slot* particles,
+                          Slot* forces) {
+  triangle_forces<false>(batches, particles, forces);
+}
+
 template <class Real>
 constexpr StepKernels<Real> kStepKernels{project_all<DistanceBatchOf<Real>, Real>,
                                          project_all<BendingBatchOf<Real>, Real>,
                                          kept_distance_forces<Real>, kept_bending_forces<Real>};
 
-constexpr Kernels kTable{kStepKernels<double>, kStepKernels<float>, elastic_distance_forces,
-                         elastic_bending_forces};
+constexpr Kernels kTable{
+    kStepKernels<double>, kStepKernels<float>,     project_all<TriangleBatch, double>,
+    kept_triangle_forces, elastic_distance_forces, elastic_bending_forces,
+    triangle_forces<true>};
 
 }  // namespace
 }  // namespace vstent::xpbd

@@ -23,7 +23,9 @@ std::array<int, 4> vertices(const BendingConstraint& b) {
   return {b.edge_a, b.edge_b, b.wing_a, b.wing_b};
 }
 
-/// Constraints at each vertex, distances first, then bendings, numbered through.
+std::array<int, 3> vertices(const TriangleConstraint& t) { return t.vertices; }
+
+/// Constraints at each vertex, distances first, then bendings, then triangles, numbered through.
 struct Incidence {
   std::vector<int> first;
   std::vector<int> constraint;
@@ -38,6 +40,10 @@ void for_each_member(const Sheet& sheet, const Visit& visit) {
   }
   for (const BendingConstraint& b : sheet.bendings) {
     for (int v : vertices(b)) visit(v, constraint);
+    ++constraint;
+  }
+  for (const TriangleConstraint& t : sheet.triangles) {
+    for (int v : vertices(t)) visit(v, constraint);
     ++constraint;
   }
 }
@@ -60,7 +66,8 @@ class Walk {
       : sheet_(sheet),
         incidence_(make_incidence(sheet)),
         vertex_walk_(sheet.positions.size(), -1),
-        constraint_walk_(sheet.distances.size() + sheet.bendings.size(), -1) {}
+        constraint_walk_(sheet.distances.size() + sheet.bendings.size() + sheet.triangles.size(),
+                         -1) {}
 
   bool seen(int vertex) const { return vertex_walk_[at(vertex)] >= 0; }
 
@@ -86,10 +93,13 @@ class Walk {
       const int c = incidence_.constraint[at(k)];
       if (std::exchange(constraint_walk_[at(c)], walk_) == walk_) continue;
       const std::size_t distances = sheet_.distances.size();
+      const std::size_t hinged = distances + sheet_.bendings.size();
       if (at(c) < distances)
         for (int v : vertices(sheet_.distances[at(c)])) visit(v, order);
-      else
+      else if (at(c) < hinged)
         for (int v : vertices(sheet_.bendings[at(c) - distances])) visit(v, order);
+      else
+        for (int v : vertices(sheet_.triangles[at(c) - hinged])) visit(v, order);
     }
   }
 
@@ -228,8 +238,10 @@ Layout make_layout(const Sheet& sheet) {
 
   auto distances = sort_by_task(sheet.distances, layout.number, block, tasks);
   auto bendings = sort_by_task(sheet.bendings, layout.number, block, tasks);
+  auto triangles = sort_by_task(sheet.triangles, layout.number, block, tasks);
   layout.distances.reserve(distances.constraint.size() / kLanes * 17 / 16 + tasks);
   layout.bendings.reserve(bendings.constraint.size() / kLanes * 17 / 16 + tasks);
+  layout.triangles.reserve(triangles.constraint.size() / kLanes * 17 / 16 + tasks);
   Colouring colouring(sheet.positions.size());
   const auto members = [&](const auto& constraint) {
     auto indices = vertices(constraint);
@@ -246,28 +258,40 @@ Layout make_layout(const Sheet& sheet) {
           auto& batch = batches.emplace_back();
           for (std::size_t lane = 0; lane < kLanes; ++lane) {
             const auto& constraint = constraints[at(lanes[lane])];
-            batch.compliance[lane] = 1 / constraint.stiffness;
             batch.force[lane] = 0;
             set_vertices(batch, lane, constraint);
           }
         });
   };
   for (std::size_t t = 0; t < tasks; ++t) {
-    Task task{layout.distances.size(), 0, layout.bendings.size(), 0};
+    Task task{layout.distances.size(), 0, layout.bendings.size(), 0, layout.triangles.size(), 0};
     fill(sheet.distances, distances, t, layout.distances,
          [&](DistanceBatch& batch, std::size_t lane, const DistanceConstraint& d) {
            batch.rest[lane] = d.rest_length;
+           batch.compliance[lane] = 1 / d.stiffness;
            const std::array<int, 2> v = members(d);
            for (std::size_t k = 0; k < 2; ++k) batch.vertex[k][lane] = v[k];
          });
     fill(sheet.bendings, bendings, t, layout.bendings,
          [&](BendingBatch& batch, std::size_t lane, const BendingConstraint& b) {
            batch.rest[lane] = b.rest_angle;
+           batch.compliance[lane] = 1 / b.stiffness;
            const std::array<int, 4> v = members(b);
            for (std::size_t k = 0; k < 4; ++k) batch.vertex[k][lane] = v[k];
          });
+    fill(sheet.triangles, triangles, t, layout.triangles,
+         [&](TriangleBatch& batch, std::size_t lane, const TriangleConstraint& e) {
+           batch.along[lane] = 1 / e.base;
+           batch.skew[lane] = e.foot / (e.base * e.height);
+           batch.across[lane] = 1 / e.height;
+           batch.weight[lane] = shear_modulus(e) * 0.5 * e.base * e.height;
+           batch.bulk[lane] = 2 * (1 + e.poisson_ratio) / (3 * (1 - 2 * e.poisson_ratio));
+           const std::array<int, 3> v = members(e);
+           for (std::size_t k = 0; k < 3; ++k) batch.vertex[k][lane] = v[k];
+         });
     task.last_distance = layout.distances.size();
     task.last_bending = layout.bendings.size();
+    task.last_triangle = layout.triangles.size();
     (t % 2 == 0 ? layout.within : layout.between).push_back(task);
   }
   return layout;
@@ -308,7 +332,7 @@ BatchesOf<float> in_single_precision(const Layout& layout) {
   single.bendings.reserve(layout.bendings.size() * 17 / 32);
   const auto convert_phase = [&](const std::vector<Task>& from, std::vector<Task>& to) {
     for (const Task& task : from) {
-      Task made{single.distances.size(), 0, single.bendings.size(), 0};
+      Task made{single.distances.size(), 0, single.bendings.size(), 0, 0, 0};
       convert(layout.distances_of(task), single.distances);
       convert(layout.bendings_of(task), single.bendings);
       made.last_distance = single.distances.size();

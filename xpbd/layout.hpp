@@ -14,6 +14,7 @@ namespace vstent::xpbd {
 struct Task {
   std::size_t first_distance = 0, last_distance = 0;
   std::size_t first_bending = 0, last_bending = 0;
+  std::size_t first_triangle = 0, last_triangle = 0;
 };
 
 /// No two tasks of a phase share a vertex, so that they run side by side and give the same bits in
@@ -44,12 +45,20 @@ struct BatchesOf {
 struct Layout : BatchesOf<double> {
   std::vector<int> original;  ///< vertex number in the sheet, by number here
   std::vector<int> number;    ///< the inverse
+  std::vector<TriangleBatch> triangles;
+
+  std::span<const TriangleBatch> triangles_of(const Task& t) const {
+    return std::span(triangles).subspan(t.first_triangle, t.last_triangle - t.first_triangle);
+  }
+  std::span<TriangleBatch> triangles_of(const Task& t) {
+    return std::span(triangles).subspan(t.first_triangle, t.last_triangle - t.first_triangle);
+  }
 };
 
 Layout make_layout(const Sheet& sheet);
 
-/// The same projections in the same order, multipliers zero; neighbouring batches that share no
-/// vertex become one.
+/// The same projections but for triangles, in the same order, multipliers zero; neighbouring
+/// batches that share no vertex become one.
 BatchesOf<float> in_single_precision(const Layout& layout);
 
 /// visit(i, j, rest length, stiffness) for every distance; i and j count particles.
@@ -73,6 +82,17 @@ void for_each_bending(const Layout& layout, const Visit& visit) {
       visit(std::array<int, 4>{batch.vertex[0][lane], batch.vertex[1][lane], batch.vertex[2][lane],
                                batch.vertex[3][lane]},
             batch.rest[lane], 1 / batch.compliance[lane]);
+    }
+}
+
+/// visit({corner 0, corner 1, corner 2}, batch, lane) for every elastic triangle.
+template <class Visit>
+void for_each_triangle(const Layout& layout, const Visit& visit) {
+  for (const TriangleBatch& batch : layout.triangles)
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      if (lane > 0 && batch.vertex[0][lane] == batch.vertex[0][0]) break;
+      visit(std::array<int, 3>{batch.vertex[0][lane], batch.vertex[1][lane], batch.vertex[2][lane]},
+            batch, lane);
     }
 }
 

@@ -24,6 +24,8 @@ struct Side {
 struct MeshEdge {
   int low, high;
   std::span<const Side> sides;
+  double squared_length;
+  double area, smaller_area, sliver_area;  // of all its triangles, the smaller, and the slivers
 };
 
 // A needle's short edge and the hinges beside it would be thousands of times stiffer than the rest
@@ -36,6 +38,11 @@ constexpr double kFlattestHinge = 0.25;  // height / l of the flatter of the two
 // would swing it.
 constexpr double kSliver = 0.1;
 
+bool is_sliver(const Vec3& ab, const Vec3& ac) {
+  const double longest = std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
+  return !(ab.cross(ac).norm() > kSliver * longest);
+}
+
 std::vector<Side> sorted_sides(std::span<const Vec3> points, std::span<const Triangle> triangles) {
   std::vector<Side> sides;
   sides.reserve(3 * triangles.size());
@@ -44,8 +51,7 @@ std::vector<Side> sorted_sides(std::span<const Vec3> points, std::span<const Tri
     const auto corner_at = [&](std::size_t k) { return points[static_cast<std::size_t>(t[k])]; };
     const Vec3 ab = corner_at(1) - corner_at(0), ac = corner_at(2) - corner_at(0);
     const double area = 0.5 * ab.cross(ac).norm();
-    const double longest = std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
-    const bool sliver = !(2 * area > kSliver * longest);
+    const bool sliver = is_sliver(ab, ac);
     for (int k = 0; k < 3; ++k) {
       const auto corner = static_cast<std::size_t>(k);
       const int from = t[corner], to = t[(corner + 1) % 3];
@@ -65,7 +71,7 @@ bool has_hinge(const MeshEdge& edge) {
          !edge.sides[0].sliver && !edge.sides[1].sliver;
 }
 
-/// `stiffness_of(edge, total area, smaller area, squared length)` gives {distance, bending}.
+/// `stiffness_of(edge)` gives {distance, bending}; no distance where it is 0.
 template <class StiffnessOf>
 Sheet build(std::span<const Vec3> points, std::span<const Triangle> triangles,
             std::span<const char> pinned, const StiffnessOf& stiffness_of) {
@@ -82,17 +88,23 @@ Sheet build(std::span<const Vec3> points, std::span<const Triangle> triangles,
   const auto point = [&](int i) -> const Vec3& { return points[static_cast<std::size_t>(i)]; };
   for (std::size_t first = 0, last = 0; first < sides.size(); first = last) {
     while (last < sides.size() && sides[last].edge == sides[first].edge) ++last;
-    const MeshEdge edge{static_cast<int>(sides[first].edge >> 32),
-                        static_cast<int>(sides[first].edge & 0xffffffffu),
-                        std::span(sides).subspan(first, last - first)};
-    double area = 0, smaller = edge.sides.front().area;
+    MeshEdge edge{static_cast<int>(sides[first].edge >> 32),
+                  static_cast<int>(sides[first].edge & 0xffffffffu),
+                  std::span(sides).subspan(first, last - first),
+                  0,
+                  0,
+                  sides[first].area,
+                  0};
     for (const Side& side : edge.sides) {
-      area += side.area;
-      smaller = std::min(smaller, side.area);
+      edge.area += side.area;
+      edge.smaller_area = std::min(edge.smaller_area, side.area);
+      if (side.sliver) edge.sliver_area += side.area;
     }
-    const double squared_length = (point(edge.high) - point(edge.low)).squaredNorm();
-    const UniformStiffness stiffness = stiffness_of(edge, area, smaller, squared_length);
-    sheet.distances.push_back({edge.low, edge.high, std::sqrt(squared_length), stiffness.distance});
+    edge.squared_length = (point(edge.high) - point(edge.low)).squaredNorm();
+    const UniformStiffness stiffness = stiffness_of(edge);
+    if (stiffness.distance > 0)
+      sheet.distances.push_back(
+          {edge.low, edge.high, std::sqrt(edge.squared_length), stiffness.distance});
     if (!has_hinge(edge)) continue;
     const std::size_t forward = edge.sides[0].ascending ? 0 : 1;
     BendingConstraint hinge{
@@ -120,32 +132,42 @@ Sheet make_sheet(std::span<const Vec3> points, std::span<const Triangle> triangl
   assert(membrane.thickness.size() == points.size());
   const double nu = membrane.membrane.poisson_ratio;
   const double limit = membrane.membrane.bending_thickness;
-  const auto mean = [](std::span<const double> values, const MeshEdge& edge) {
-    return 0.5 * (values[static_cast<std::size_t>(edge.low)] +
-                  values[static_cast<std::size_t>(edge.high)]);
+  const bool springs = membrane.membrane.model == MembraneModel::springs;
+  const auto mean = [](std::span<const double> values, const auto&... vertices) {
+    return (values[static_cast<std::size_t>(vertices)] + ...) / sizeof...(vertices);
   };
-  return build(points, triangles, pinned,
-               [&](const MeshEdge& edge, double area, double smaller, double squared_length) {
-                 const double modulus = mean(membrane.youngs_modulus, edge);
-                 const double thickness = mean(membrane.thickness, edge);
-                 const double stretching = modulus * thickness;
-                 if (!(squared_length > 0))
-                   return UniformStiffness{stretching * kStiffestAspect, 0};
-                 const double aspect = std::min(area / squared_length, kStiffestAspect);
-                 if (!(smaller > 0)) return UniformStiffness{stretching * aspect, 0};
-                 const double bent = limit > 0 ? std::min(limit, thickness) : thickness;
-                 const double bending = modulus * bent * bent * bent / (12 * (1 - nu * nu));
-                 const double flatness =
-                     std::min(1.0, 2 * smaller / squared_length / kFlattestHinge);
-                 return UniformStiffness{stretching * aspect,
-                                         bending * flatness * flatness * squared_length / area};
-               });
+  Sheet sheet = build(points, triangles, pinned, [&](const MeshEdge& edge) {
+    const double modulus = mean(membrane.youngs_modulus, edge.low, edge.high);
+    const double thickness = mean(membrane.thickness, edge.low, edge.high);
+    const double stretching = modulus * thickness;
+    const double area = springs ? edge.area : edge.sliver_area;
+    if (!(edge.squared_length > 0)) return UniformStiffness{stretching * kStiffestAspect, 0};
+    const double aspect = std::min(area / edge.squared_length, kStiffestAspect);
+    if (!(edge.smaller_area > 0)) return UniformStiffness{stretching * aspect, 0};
+    const double bent = limit > 0 ? std::min(limit, thickness) : thickness;
+    const double bending = modulus * bent * bent * bent / (12 * (1 - nu * nu));
+    const double flatness =
+        std::min(1.0, 2 * edge.smaller_area / edge.squared_length / kFlattestHinge);
+    return UniformStiffness{stretching * aspect,
+                            bending * flatness * flatness * edge.squared_length / edge.area};
+  });
+  if (springs) return sheet;
+  for (const Triangle& t : triangles) {
+    const auto point = [&](std::size_t k) { return points[static_cast<std::size_t>(t[k])]; };
+    const Vec3 ab = point(1) - point(0), ac = point(2) - point(0);
+    if (is_sliver(ab, ac)) continue;
+    const double base = ab.norm();
+    sheet.triangles.push_back({t, base, ab.dot(ac) / base, ab.cross(ac).norm() / base,
+                               mean(membrane.youngs_modulus, t[0], t[1], t[2]) *
+                                   mean(membrane.thickness, t[0], t[1], t[2]),
+                               nu});
+  }
+  return sheet;
 }
 
 Sheet make_sheet(std::span<const Vec3> points, std::span<const Triangle> triangles,
                  std::span<const char> pinned, const UniformStiffness& stiffness) {
-  return build(points, triangles, pinned,
-               [&](const MeshEdge&, double, double, double) { return stiffness; });
+  return build(points, triangles, pinned, [&](const MeshEdge&) { return stiffness; });
 }
 
 void support(Sheet& sheet, std::span<const Triangle> triangles, double modulus) {

@@ -32,6 +32,21 @@ struct BendingConstraint {
   double stiffness = 0;
 };
 
+/// An elastic triangle of the membrane, neo-Hookean in plane stress (see membrane_law.hpp); as a
+/// constraint C = sqrt(2 energy), of compliance 1.
+struct TriangleConstraint {
+  std::array<int, 3> vertices{};
+  /// At rest in its own plane its corners lie at (0, 0), (base, 0), (foot, height); mm.
+  double base = 0, foot = 0, height = 0;
+  double stiffness = 0;  ///< E t, N/mm
+  double poisson_ratio = 0.45;
+};
+
+/// G t, N/mm
+inline double shear_modulus(const TriangleConstraint& t) {
+  return t.stiffness / (2 * (1 + t.poisson_ratio));
+}
+
 /// C = |x - target|; stiffness in N/mm (infinite attachments are particles of zero inverse mass
 /// instead).
 struct AttachmentConstraint {
@@ -66,17 +81,21 @@ struct Sheet {
   std::vector<double> inverse_mass;  ///< 1/tonne
   std::vector<DistanceConstraint> distances;
   std::vector<BendingConstraint> bendings;
+  std::vector<TriangleConstraint> triangles;
   std::vector<AttachmentConstraint> attachments;
   std::vector<Vec3> forces;  ///< N, constant, one per particle; empty: none
 };
 
-/// The wall as an isotropic elastic sheet (validation case V13; METHOD section 4 of the design
-/// notes).
+/// What resists stretching: the edges as springs, which make a membrane of nu = 1/3, isotropic
+/// where triangles are nearly equilateral; or the triangles themselves, for any nu and any shape.
+enum class MembraneModel { springs, neo_hookean };
+
+/// The wall as an isotropic elastic sheet.
 struct Membrane {
   double youngs_modulus = 1.0;  ///< MPa
   double thickness = 1.0;       ///< mm
-  double poisson_ratio =
-      0.45;  ///< enters the bending modulus only: springs make a membrane of nu = 1/3
+  double poisson_ratio = 0.45;  ///< of springs: enters the bending modulus only
+  MembraneModel model = MembraneModel::springs;
   double bending_thickness = 0;  ///< mm, bends as no thicker than that; 0: as thick as it is
 };
 
@@ -95,9 +114,10 @@ struct UniformStiffness {
   double bending = 0;   ///< N mm
 };
 
-/// Builds distances (one per edge), bendings (one per interior edge) from triangles in their rest
-/// shape; slivers (height below a tenth of the longest edge) get no hinge, and area weights are
-/// limited beside them, so that a few needles of microns do not set the pace of the whole sheet.
+/// Builds distances (one per edge) or triangles, and bendings (one per interior edge), from
+/// triangles in their rest shape; slivers (height below a tenth of the longest edge) get no hinge
+/// and are springs in any model, and area weights are limited beside them, so that a few needles of
+/// microns do not set the pace of the whole sheet.
 /// Pinned vertices get inverse mass 0; the others are left at 1 (see scale_masses).
 Sheet make_sheet(std::span<const Vec3> points, std::span<const Triangle> triangles,
                  std::span<const char> pinned, const Membrane& membrane);

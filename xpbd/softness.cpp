@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "xpbd/triangle_stiffness.hpp"
+
 namespace vstent::xpbd {
 namespace {
 
@@ -69,6 +71,18 @@ std::vector<Softness> measure_softness(const Layout& layout, std::span<const Slo
     const double moment = stiffness * std::abs(std::remainder(angle - rest, 2 * std::numbers::pi));
     for (std::size_t k = 0; k < 4; ++k)
       blocks[at(v[k])].diagonal().array() += moment * total * gradient[k].norm();
+  });
+  for_each_triangle(layout, [&](const std::array<int, 3>& v, const TriangleBatch& batch,
+                                std::size_t lane) {
+    const TriangleStiffness s = measure_stiffness(batch, lane, {x(v[0]), x(v[1]), x(v[2])});
+    for (int row = 0; row < 3; ++row)
+      blocks.add<3>(v, {s.strains[0].row(row), s.strains[1].row(row), s.strains[2].row(row)}, 1);
+    for (std::size_t m = 0; m < 2; ++m) {
+      const auto& share = s.shares[m];
+      const double total = std::abs(share[0]) + std::abs(share[1]) + std::abs(share[2]);
+      for (std::size_t k = 0; k < 3; ++k)  // compressed: as springs
+        blocks[at(v[k])].diagonal().array() += std::abs(s.stress[m]) * total * std::abs(share[k]);
+    }
   });
   std::vector<Softness> softness(particles.size());
   for (std::size_t k = 0; k < softness.size(); ++k) {

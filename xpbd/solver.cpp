@@ -4,6 +4,8 @@
 #include <cassert>
 #include <cmath>
 #include <optional>
+#include <stdexcept>
+#include <type_traits>
 #include <utility>
 
 #include "xpbd/elastic_sheet.hpp"
@@ -171,6 +173,7 @@ struct Solver::Implementation {
     for (ClosableSpan& c : spans) c.force = 0;
     xpbd::forget_multipliers(layout);
     if (single) xpbd::forget_multipliers(single->batches);
+    for (TriangleBatch& batch : layout.triangles) batch.force.fill(0);
     for (Attachment& a : attachments.items) a.force = 0;
     std::fill(reaction.begin(), reaction.end(), 0.0);
   }
@@ -209,6 +212,8 @@ struct Solver::Implementation {
         const SlotOf<Real>* slots = stage.particles.data();
         stage.kernel.kept_distance_forces(batches.distances_of(task), slots, stage.forces.data());
         stage.kernel.kept_bending_forces(batches.bendings_of(task), slots, stage.forces.data());
+        if constexpr (std::is_same_v<Real, double>)
+          kernel.kept_triangle_forces(layout.triangles_of(task), slots, stage.forces.data());
       });
     add_span_forces(stage.forces);
   }
@@ -253,12 +258,23 @@ struct Solver::Implementation {
   void sweep_batches(const Stage<Real>& stage) {
     const auto run = [&](const std::vector<Task>& phase) {
       side_by_side(phase.size(), [&](std::size_t n) {
-        const auto distances = stage.batches.distances_of(phase[n]);
-        const auto bendings = stage.batches.bendings_of(phase[n]);
+        const Task& task = phase[n];
         SlotOf<Real>* slots = stage.particles.data();
-        if (!backward) stage.kernel.project_distances(distances, slots, false);
+        const auto project_triangles = [&] {
+          if constexpr (std::is_same_v<Real, double>)
+            kernel.project_triangles(layout.triangles_of(task), slots, backward);
+        };
+        const auto distances = stage.batches.distances_of(task);
+        const auto bendings = stage.batches.bendings_of(task);
+        if (!backward) {
+          stage.kernel.project_distances(distances, slots, false);
+          project_triangles();
+        }
         stage.kernel.project_bendings(bendings, slots, backward);
-        if (backward) stage.kernel.project_distances(distances, slots, true);
+        if (backward) {
+          project_triangles();
+          stage.kernel.project_distances(distances, slots, true);
+        }
       });
     };
     run(backward ? stage.batches.between : stage.batches.within);
@@ -319,6 +335,8 @@ struct Solver::Implementation {
   StepReport step(std::span<const Contact> new_contacts, const StepOptions& options,
                   std::span<const SpanContact> new_spans) {
     assert(options.time_step > 0 && options.iterations > 0);
+    if (options.precision == Precision::kSingle && !layout.triangles.empty())
+      throw std::invalid_argument("elastic triangles are swept in double precision only");
     group_contacts(new_contacts, contacts);
     take_spans(new_spans);
     if (std::exchange(relaxing, false)) rest();
@@ -542,6 +560,14 @@ void scale_masses(Sheet& sheet, double time_step, double kappa) {
     const std::array<int, 4> vertex{b.edge_a, b.edge_b, b.wing_a, b.wing_b};
     for (std::size_t k = 0; k < 4; ++k)
       pull[at(vertex[k])] += b.stiffness * gradient[k].squaredNorm();
+  }
+  for (const TriangleConstraint& t : sheet.triangles) {
+    // 1 / (1 - nu) is the largest of a plane strain's stiffnesses over twice the shear modulus.
+    const double largest = shear_modulus(t) * t.base * t.height / (1 - t.poisson_ratio);
+    const double along = 1 / t.base, across = 1 / t.height, skew = along * t.foot / t.height;
+    pull[at(t.vertices[0])] += largest * (along * along + (across - skew) * (across - skew));
+    pull[at(t.vertices[1])] += largest * (along * along + skew * skew);
+    pull[at(t.vertices[2])] += largest * across * across;
   }
   for (const AttachmentConstraint& a : sheet.attachments) pull[at(a.vertex)] += a.stiffness;
   for (std::size_t i = 0; i < pull.size(); ++i)

@@ -62,11 +62,10 @@ TEST(CaseFile, WritingAndReadingAgainIsTheSame) {
 
 TEST(CaseFile, WallsByVesselAndByVertexSurviveWriting) {
   json specification = minimal();
-  specification["wall"] = {{"preset", "coronary"},
-                           {"thickness_array", "Thickness"},
-                           {"modulus_array", "Elasticity_modulus"},
-                           {"modulus_unit", "dyn/cm2"},
-                           {"tissue_support_MPa_per_mm", 0.02}};
+  specification["wall"] = {
+      {"preset", "coronary"},           {"membrane", "springs"},
+      {"thickness_array", "Thickness"}, {"modulus_array", "Elasticity_modulus"},
+      {"modulus_unit", "dyn/cm2"},      {"tissue_support_MPa_per_mm", 0.02}};
   const Case c = parse_case(specification, "case.json", "/data");
   EXPECT_EQ(c.wall_preset, "coronary");
   EXPECT_EQ(json::parse(to_json(c)["wall"].dump()), specification["wall"]);
@@ -76,6 +75,8 @@ TEST(CaseFile, WallsByVesselAndByVertexSurviveWriting) {
   specification["wall"] = {{"thickness", "1mm"}, {"thickness_array", "Thickness"}};
   EXPECT_NE(refusal(specification).find("/wall/thickness_array: is given as well as thickness"),
             std::string::npos);
+  specification["wall"] = {{"preset", "paper"}, {"membrane", "neo_hookean"}};
+  EXPECT_NE(refusal(specification).find("/wall/preset"), std::string::npos);
   specification["wall"] = {{"preset", "paper"}, {"thickness_array", "Thickness"}};
   EXPECT_NE(refusal(specification).find("/wall/preset"), std::string::npos);
   specification["wall"] = {{"preset", "cerebral"}};

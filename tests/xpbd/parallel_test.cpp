@@ -22,8 +22,12 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 Mesh vessel() { return make_tube({.length = 60, .edge = 0.8, .narrowing = 0.5, .jitter = 0.2}); }
 
-Sheet sheet_of(const Mesh& mesh) {
-  Sheet sheet = xpbd::make_sheet(mesh.points, mesh.triangles, mesh.pinned, xpbd::Membrane{});
+using xpbd::MembraneModel;
+constexpr MembraneModel kModels[] = {MembraneModel::springs, MembraneModel::neo_hookean};
+
+Sheet sheet_of(const Mesh& mesh, MembraneModel model = MembraneModel::springs) {
+  Sheet sheet =
+      xpbd::make_sheet(mesh.points, mesh.triangles, mesh.pinned, xpbd::Membrane{.model = model});
   xpbd::scale_masses(sheet, 1, 0.5);
   return sheet;
 }
@@ -41,6 +45,7 @@ Sheet reordered(const Sheet& sheet) {
   Sheet result = sheet;
   result.distances.clear();
   result.bendings.clear();
+  result.triangles.clear();
   const auto vertex = [&](int number) { return layout.original[at(number)]; };
   for (const auto* phase : {&layout.within, &layout.between})
     for (const xpbd::Task& task : *phase) {
@@ -57,14 +62,27 @@ Sheet reordered(const Sheet& sheet) {
                                             vertex(b.vertex[2][lane]), vertex(b.vertex[3][lane]),
                                             b.rest[lane], 1 / b.compliance[lane]});
                });
+      in_order(layout.triangles, task.first_triangle, task.last_triangle,
+               [&](const auto& b, std::size_t lane) {
+                 if (lane > 0 && b.vertex[0][lane] == b.vertex[0][0]) return;
+                 const std::array<int, 3> corners{vertex(b.vertex[0][lane]),
+                                                  vertex(b.vertex[1][lane]),
+                                                  vertex(b.vertex[2][lane])};
+                 result.triangles.push_back(
+                     *std::find_if(sheet.triangles.begin(), sheet.triangles.end(),
+                                   [&](const auto& t) { return t.vertices == corners; }));
+               });
     }
   return result;
 }
 
-TEST(Batches, DoWhatOneConstraintAfterAnotherDoes) {
+class Batches : public ::testing::TestWithParam<MembraneModel> {};
+INSTANTIATE_TEST_SUITE_P(Models, Batches, ::testing::ValuesIn(kModels));
+
+TEST_P(Batches, DoWhatOneConstraintAfterAnotherDoes) {
   const Mesh small = make_tube({.length = 16, .edge = 1, .narrowing = 0.3, .jitter = 0.2});
   ASSERT_LT(small.points.size(), 768u);
-  Sheet sheet = sheet_of(small);
+  Sheet sheet = sheet_of(small, GetParam());
   std::mt19937 random(6);
   for (auto& d : sheet.distances) d.rest_length *= 1 + 0.05 * random_vector(random).x();
   for (auto& b : sheet.bendings) b.rest_angle += 0.1 * random_vector(random).x();
@@ -81,14 +99,16 @@ TEST(Batches, DoWhatOneConstraintAfterAnotherDoes) {
     EXPECT_LT((solver.positions()[i] - reference.positions()[i]).norm(), 1e-11) << i;
 }
 
-TEST(Batches, RespectTheOrderOfTasks) {
+TEST_P(Batches, RespectTheOrderOfTasks) {
   const Mesh mesh = vessel();
   for (const bool bend : {false, true}) {
-    Sheet sheet = sheet_of(mesh);
-    if (bend)
+    Sheet sheet = sheet_of(mesh, GetParam());
+    if (bend) {  // one kind at a time: a task takes all its kinds, the twin kind after kind
       sheet.distances.clear();
-    else
+      sheet.triangles.clear();
+    } else {
       sheet.bendings.clear();
+    }
     std::mt19937 random(6);
     for (auto& d : sheet.distances) d.rest_length *= 1 + 0.05 * random_vector(random).x();
     for (auto& b : sheet.bendings) b.rest_angle += 0.05 * random_vector(random).x();
@@ -104,7 +124,9 @@ TEST(Batches, RespectTheOrderOfTasks) {
 
 TEST(Layout, KeepsTasksOfAPhaseApart) {
   const Mesh mesh = vessel();
-  const Layout layout = xpbd::make_layout(sheet_of(mesh));
+  Sheet sheet = sheet_of(mesh);
+  sheet.triangles = sheet_of(mesh, MembraneModel::neo_hookean).triangles;
+  const Layout layout = xpbd::make_layout(sheet);
   EXPECT_GT(layout.within.size(), 3u);
   for (const auto* phase : {&layout.within, &layout.between}) {
     std::vector<int> owner(mesh.points.size(), -1);
@@ -119,6 +141,9 @@ TEST(Layout, KeepsTasksOfAPhaseApart) {
           claim(layout.distances[k].vertex[0][lane]);
           claim(layout.distances[k].vertex[1][lane]);
         }
+      for (std::size_t k = task.first_triangle; k < task.last_triangle; ++k)
+        for (const auto& corner : layout.triangles[k].vertex)
+          for (int v : corner) claim(v);
       for (std::size_t k = task.first_bending; k < task.last_bending; ++k)
         for (const auto& corner : layout.bendings[k].vertex)
           for (int v : corner) claim(v);
@@ -161,8 +186,12 @@ std::vector<Vec3> deployed(const Sheet& sheet, const Mesh& mesh, Way way) {
 
 TEST(Threads, GiveTheSameBits) {
   const Mesh mesh = vessel();
-  const Sheet sheet = sheet_of(mesh);
-  for (const Way way : {Way::kRelax, Way::kStep, Way::kStepInSingle}) {
+  for (const auto& [model, way] : {std::pair{MembraneModel::springs, Way::kRelax},
+                                   std::pair{MembraneModel::springs, Way::kStep},
+                                   std::pair{MembraneModel::springs, Way::kStepInSingle},
+                                   std::pair{MembraneModel::neo_hookean, Way::kRelax},
+                                   std::pair{MembraneModel::neo_hookean, Way::kStep}}) {
+    const Sheet sheet = sheet_of(mesh, model);
     std::vector<Vec3> first;
     for (int threads : {1, 2, 3, 8}) {
       tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
@@ -189,6 +218,12 @@ TEST(SinglePrecision, MovesAsDouble) {
   EXPECT_LT(largest, 1e-4);
   EXPECT_GT(largest, 1e-8);
   EXPECT_NEAR(in_single.back().x(), in_double.back().x(), 1e-4);
+}
+
+TEST(SinglePrecision, IsRefusedForTriangles) {
+  const Sheet sheet = sheet_of(vessel(), MembraneModel::neo_hookean);
+  Solver solver(sheet);
+  EXPECT_THROW(solver.step({}, {.precision = xpbd::Precision::kSingle}), std::invalid_argument);
 }
 
 TEST(SinglePrecision, DoesNotDependOnWhereTheSheetLies) {
@@ -238,7 +273,9 @@ TEST_P(InstructionSets, GiveTheSameBits) {
   if (!wide) GTEST_SKIP() << "this machine does not have it";
   const xpbd::Kernels& narrow = xpbd::baseline_kernels();
   const Mesh mesh = vessel();
-  const Layout layout = xpbd::make_layout(sheet_of(mesh));
+  Sheet both = sheet_of(mesh);
+  both.triangles = sheet_of(mesh, MembraneModel::neo_hookean).triangles;
+  const Layout layout = xpbd::make_layout(both);
   std::mt19937 random(9);
   std::vector<xpbd::Slot> places(mesh.points.size()), force_a(places.size()),
       force_b(places.size());
@@ -252,6 +289,16 @@ TEST_P(InstructionSets, GiveTheSameBits) {
   compare_steps<double>(narrow.step, wide->step, layout, places);
   compare_steps<float>(narrow.step_in_single, wide->step_in_single,
                        xpbd::in_single_precision(layout), single);
+  Layout a = layout, b = layout;
+  std::vector<xpbd::Slot> others = places;
+  for (const bool backward : {false, true}) {
+    narrow.project_triangles(a.triangles, places.data(), backward);
+    wide->project_triangles(b.triangles, others.data(), backward);
+  }
+  narrow.kept_triangle_forces(a.triangles, places.data(), force_a.data());
+  wide->kept_triangle_forces(b.triangles, others.data(), force_b.data());
+  EXPECT_EQ(std::memcmp(places.data(), others.data(), places.size() * sizeof(xpbd::Slot)), 0);
+  EXPECT_EQ(std::memcmp(force_a.data(), force_b.data(), force_a.size() * sizeof(xpbd::Slot)), 0);
   const auto fold_a = narrow.elastic_bending_forces(layout.bendings, places.data(), force_a.data());
   const auto fold_b = wide->elastic_bending_forces(layout.bendings, places.data(), force_b.data());
   EXPECT_EQ(fold_a.energy, fold_b.energy);
@@ -260,6 +307,9 @@ TEST_P(InstructionSets, GiveTheSameBits) {
   const auto stretch_b =
       wide->elastic_distance_forces(layout.distances, places.data(), force_b.data());
   EXPECT_EQ(stretch_a.energy, stretch_b.energy);
+  const auto strain_a = narrow.elastic_triangle_forces(a.triangles, places.data(), force_a.data());
+  const auto strain_b = wide->elastic_triangle_forces(b.triangles, others.data(), force_b.data());
+  EXPECT_EQ(strain_a.energy, strain_b.energy);
   EXPECT_EQ(std::memcmp(force_a.data(), force_b.data(), force_a.size() * sizeof(xpbd::Slot)), 0);
 }
 
@@ -267,10 +317,13 @@ INSTANTIATE_TEST_SUITE_P(Wide, InstructionSets,
                          testing::Values(xpbd::avx2_kernels, xpbd::avx512_kernels),
                          [](const auto& set) { return set.index == 0 ? "AVX2" : "AVX512"; });
 
-TEST(Balance, AgreesWithTheGradientOfTheEnergy) {
+class Balance : public ::testing::TestWithParam<MembraneModel> {};
+INSTANTIATE_TEST_SUITE_P(Models, Balance, ::testing::ValuesIn(kModels));
+
+TEST_P(Balance, AgreesWithTheGradientOfTheEnergy) {
   // Central differences of the energy at a few vertices.
   const Mesh mesh = make_tube({.length = 16, .edge = 1, .jitter = 0.2});
-  Sheet sheet = sheet_of(mesh);
+  Sheet sheet = sheet_of(mesh, GetParam());
   for (double& w : sheet.inverse_mass) w = 0;
   std::mt19937 random(11);
   auto places = mesh.points;

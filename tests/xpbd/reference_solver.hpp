@@ -3,10 +3,12 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
+#include "xpbd/membrane_law.hpp"
 #include "xpbd/solver.hpp"
 
 namespace vstent::tests {
@@ -18,7 +20,8 @@ class ReferenceSolver {
         alternate_(alternate),
         velocity_(sheet.positions.size(), Vec3::Zero()),
         distance_force_(sheet.distances.size(), 0.0),
-        bending_force_(sheet.bendings.size(), 0.0) {}
+        bending_force_(sheet.bendings.size(), 0.0),
+        triangle_force_(sheet.triangles.size(), 0.0) {}
 
   const std::vector<Vec3>& positions() const { return sheet_.positions; }
 
@@ -27,6 +30,7 @@ class ReferenceSolver {
     if (!options.keep_multipliers) {
       distance_force_.assign(distance_force_.size(), 0.0);
       bending_force_.assign(bending_force_.size(), 0.0);
+      triangle_force_.assign(triangle_force_.size(), 0.0);
     }
     contact_force_.assign(contacts.size(), 0.0);
     const std::vector<Vec3> before = sheet_.positions;
@@ -50,10 +54,51 @@ class ReferenceSolver {
       for (std::size_t k = 0; k < 4; ++k)
         predicted[at(v[k])] += w(at(v[k])) * bending_force_[c] * g[k];
     }
+    for (std::size_t c = 0; c < sheet_.triangles.size(); ++c) {
+      const auto& t = sheet_.triangles[c];
+      const Strain strain = strain_of(t, before);
+      for (std::size_t k = 0; k < 3; ++k)
+        predicted[at(t.vertices[k])] +=
+            w(at(t.vertices[k])) * triangle_force_[c] * strain.gradient[k];
+    }
     sheet_.positions = predicted;
     for (int k = 0; k < options.iterations; ++k) sweep(contacts);
     for (std::size_t i = 0; i < before.size(); ++i)
       velocity_[i] = (sheet_.positions[i] - before[i]) / options.time_step;
+  }
+
+  /// C of a triangle and its gradient by the corners; 0 at rest.
+  struct Strain {
+    double constraint = 0;  // sqrt(2 energy)
+    std::array<Vec3, 3> gradient;
+  };
+
+  static Strain strain_of(const xpbd::TriangleConstraint& t, const std::vector<Vec3>& x) {
+    const Vec3 a = x[at(t.vertices[1])] - x[at(t.vertices[0])];
+    const Vec3 b = x[at(t.vertices[2])] - x[at(t.vertices[0])];
+    Eigen::Matrix2d rest;
+    rest << t.base, t.foot, 0, t.height;
+    Eigen::Matrix<double, 3, 2> edges;
+    edges << a, b;
+    const Eigen::Matrix<double, 3, 2> f = edges * rest.inverse();
+    const Eigen::Matrix2d c = f.transpose() * f, strain = c - Eigen::Matrix2d::Identity();
+    const double nu = t.poisson_ratio;
+    const auto law = xpbd::stretch_of_sheet<xpbd::OneTriangle>(strain.trace(), strain.determinant(),
+                                                               2 * (1 + nu) / (3 * (1 - 2 * nu)));
+    const double weight = 0.5 * t.base * t.height * t.stiffness / (2 * (1 + nu));
+    Strain made;
+    made.gradient.fill(Vec3::Zero());
+    if (!(law.energy > 1e-26)) return made;
+    made.constraint = std::sqrt(2 * weight * law.energy);
+    Eigen::Matrix2d cofactor;
+    cofactor << c(1, 1), -c(0, 1), -c(0, 1), c(0, 0);
+    const Eigen::Matrix<double, 3, 2> by_edges =
+        weight * law.inverse_square / made.constraint * f *
+        (Eigen::Matrix2d::Identity() - law.pressure * cofactor) * rest.inverse().transpose();
+    made.gradient[1] = by_edges.col(0);
+    made.gradient[2] = by_edges.col(1);
+    made.gradient[0] = -made.gradient[1] - made.gradient[2];
+    return made;
   }
 
  private:
@@ -63,10 +108,16 @@ class ReferenceSolver {
 
   void sweep(std::span<const xpbd::Contact> contacts) {
     const std::size_t distances = sheet_.distances.size();
-    const std::size_t all = distances + sheet_.bendings.size();
+    const std::size_t stretched = distances + sheet_.triangles.size();
+    const std::size_t all = stretched + sheet_.bendings.size();
     for (std::size_t n = 0; n < all; ++n) {
       const std::size_t c = backward_ ? all - 1 - n : n;
-      c < distances ? project_distance(c) : project_bending(c - distances);
+      if (c < distances)
+        project_distance(c);
+      else if (c < stretched)
+        project_triangle(c - distances);
+      else
+        project_bending(c - stretched);
     }
     for (std::size_t c = 0; c < contacts.size(); ++c) project_contact(c, contacts[c]);
     if (alternate_) backward_ = !backward_;
@@ -98,6 +149,18 @@ class ReferenceSolver {
     for (std::size_t k = 0; k < 4; ++k) x(v[k]) += w(at(v[k])) * change * g[k];
   }
 
+  void project_triangle(std::size_t c) {
+    const auto& t = sheet_.triangles[c];
+    const Strain strain = strain_of(t, sheet_.positions);
+    double pull = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      pull += w(at(t.vertices[k])) * strain.gradient[k].squaredNorm();
+    const double change = -(strain.constraint + triangle_force_[c]) / (1 + pull);
+    triangle_force_[c] += change;
+    for (std::size_t k = 0; k < 3; ++k)
+      x(t.vertices[k]) += w(at(t.vertices[k])) * change * strain.gradient[k];
+  }
+
   void project_contact(std::size_t c, const xpbd::Contact& contact) {
     const double mobility = w(at(contact.vertex));
     if (!(mobility > 0)) return;
@@ -113,7 +176,7 @@ class ReferenceSolver {
   bool alternate_, backward_ = false;
   double dt2_ = 1;
   std::vector<Vec3> velocity_;
-  std::vector<double> distance_force_, bending_force_, contact_force_;
+  std::vector<double> distance_force_, bending_force_, triangle_force_, contact_force_;
 };
 
 }  // namespace vstent::tests
