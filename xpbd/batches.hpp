@@ -7,7 +7,8 @@
 
 namespace vstent::xpbd {
 
-/// Two wide registers: while one computes, the other's numbers are on their way.
+/// Two registers of 256 bits, or one of 512: while one computes, the other's numbers are on their
+/// way.
 template <class Real>
 inline constexpr std::size_t kLanesOf = 64 / sizeof(Real);
 template <class Real>
