@@ -1,6 +1,7 @@
 // vstent deploy: a stent into a vessel, from a case file or from the command line.
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "apps/commands.hpp"
 #include "apps/run_case.hpp"
@@ -17,6 +18,8 @@ struct Arguments {
   std::string input, out = "vstent-out";
   std::string units, at, length, diameter, design, cell, centerline, shape, wall;
   double straightening = -1;
+  bool gives_way = false;
+  std::optional<double> bending_stiffness, radial_stiffness;
   int save_steps = -1;
   RunOptions run;
   ThreadLimit threads;
@@ -80,6 +83,10 @@ deployment::Case case_from_options(const Arguments& a) {
   if (!a.cell.empty()) specification["stent"]["cell"] = a.cell;
   if (!a.shape.empty()) specification["stent"]["shape"] = a.shape;
   if (a.straightening >= 0) specification["stent"]["straightening"] = a.straightening;
+  if (a.gives_way) specification["stent"]["gives_way"] = true;
+  if (a.bending_stiffness) specification["stent"]["bending_stiffness_N_mm2"] = *a.bending_stiffness;
+  if (a.radial_stiffness)
+    specification["stent"]["radial_stiffness_N_per_mm2"] = *a.radial_stiffness;
   if (!a.wall.empty()) specification["wall"]["preset"] = a.wall;
   return deployment::parse_case(specification, vessels::kCommandLine,
                                 std::filesystem::current_path());
@@ -88,9 +95,10 @@ deployment::Case case_from_options(const Arguments& a) {
 void run(const Arguments& a) {
   a.threads.apply();
   const bool case_file = std::filesystem::path(a.input).extension() == ".json";
-  if (case_file && !(a.units + a.at + a.length + a.diameter + a.design + a.cell + a.centerline +
-                     a.shape + a.wall)
-                        .empty()) {
+  if (case_file && (!(a.units + a.at + a.length + a.diameter + a.design + a.cell + a.centerline +
+                      a.shape + a.wall)
+                         .empty() ||
+                    a.gives_way || a.bending_stiffness || a.radial_stiffness)) {
     throw Error(
         ExitCode::usage,
         fail_text(a.input, "a case file says everything itself; leave the stent's options out"));
@@ -129,6 +137,13 @@ void add_deploy(CLI::App& app) {
                       "open (follows the vessel, default) or closed (straightens it)");
   command->add_option("--straightening", a->straightening,
                       "Closed cells: 0 follows .. 1 straight (default)");
+  command->add_flag("--gives-way", a->gives_way,
+                    "The wall may shift the stent's axis, bend it and narrow it");
+  command->add_option("--bending-stiffness", a->bending_stiffness,
+                      "With --gives-way, N mm2; default: the design's, or no bending");
+  command->add_option("--radial-stiffness", a->radial_stiffness,
+                      "With --gives-way, N per mm of length and mm of diameter; default: the "
+                      "design's, or the diameter as prescribed");
   command->add_option("--centerline", a->centerline,
                       "Centerline file (VMTK, SimVascular, polyline); default: extracted");
   command->add_option("--shape", a->shape,

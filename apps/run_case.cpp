@@ -39,6 +39,13 @@ void print_summary(const deployment::Setup& setup, const deployment::Outcome& ou
                            *m.stenosis_before, *m.stenosis_after, m.reference_diameter);
   }
   std::cout << formatted("bend of the stent %.1f -> %.1f deg\n", m.bend_before, m.bend_after);
+  if (outcome.given_way) {
+    std::cout << formatted(
+        "stent gave way    %.2f mm across its axis, down to %.2f mm; forces on it balance to "
+        "%.2g\n",
+        outcome.given_way->shift, outcome.given_way->smallest_diameter,
+        outcome.given_way->unbalanced);
+  }
   std::cout << formatted(
       "mesh              %.0f inverted triangles, %.0f new self-intersections, %.0f vertices "
       "moved\n",
@@ -95,12 +102,19 @@ CaseRun run_case(const deployment::Case& specification, const std::filesystem::p
     const std::string what =
         "forces are balanced only to " + formatted("%.2g", outcome.history.back().residual) +
         " of the contact force after " + std::to_string(outcome.history.back().step) +
-        " steps (tolerance " + formatted("%.2g", *setup.specification.tolerance) + ")";
+        " steps (tolerance " + formatted("%.2g", *setup.specification.tolerance) + ")" +
+        (outcome.given_way
+             ? formatted(", on the stent, which gives way, to %.2g", outcome.given_way->unbalanced)
+             : "");
     if (!options.allow_unconverged) {
       throw Error(ExitCode::numerical,
                   what + "; raise /solver/max_settling_steps or pass --allow-unconverged");
     }
     std::cerr << "warning: " << what << '\n';
+  }
+  if (outcome.given_way) {
+    if (const auto narrowed = deployment::narrowed_warning(*outcome.given_way))
+      std::cerr << "warning: " << *narrowed << '\n';
   }
   saver.write_list();
   const deployment::Metrics metrics = deployment::write_results(setup, outcome, folder.stage());

@@ -73,6 +73,19 @@ void parse_vessel(vessels::ObjectReader vessel, const std::filesystem::path& rel
   vessel.finish();
 }
 
+void parse_stiffness(vessels::ObjectReader& stent, Case& result) {
+  result.gives_way = stent.boolean("gives_way").value_or(false);
+  result.bending_stiffness =
+      stent.number("bending_stiffness_N_mm2", 1e-6, 1e9, "a positive stiffness in N mm2");
+  result.radial_stiffness = stent.number("radial_stiffness_N_per_mm2", 1e-9, 1e9,
+                                         "a positive stiffness in N/mm2: force per mm of length "
+                                         "and mm of diameter");
+  for (const char* of_giving : {"bending_stiffness_N_mm2", "radial_stiffness_N_per_mm2"}) {
+    if (!result.gives_way && stent.find(of_giving))
+      stent.refuse(of_giving, "is for a stent that gives way; add \"gives_way\": true");
+  }
+}
+
 void parse_stent(vessels::ObjectReader stent, const std::filesystem::path& relative_to,
                  Case& result) {
   result.at = parse_location(stent);
@@ -118,6 +131,7 @@ void parse_stent(vessels::ObjectReader stent, const std::filesystem::path& relat
     stent.refuse("straightening",
                  "an open-cell stent follows the vessel; use \"cell\": \"closed\"");
   }
+  parse_stiffness(stent, result);
   stent.finish();
 }
 
@@ -166,6 +180,10 @@ void parse_numerics(vessels::ObjectReader& root, Case& result) {
   if (!result.design.empty() && result.contact_stiffness) {
     contact.refuse("stiffness_N_per_mm",
                    "is for smooth tubes; struts meet the wall rigidly at their own surface");
+  }
+  if (result.gives_way && result.contact_stiffness) {
+    contact.refuse("stiffness_N_per_mm",
+                   "is a soft contact; a stent that gives way needs a rigid one");
   }
   contact.finish();
   vessels::ObjectReader patch = root.object("patch");
@@ -236,6 +254,9 @@ nlohmann::ordered_json to_json(const Case& c) {
     stent["cell"] = word_for(kCells, c.cell);
   }
   if (c.straightening) stent["straightening"] = *c.straightening;
+  if (c.gives_way) stent["gives_way"] = true;
+  if (c.bending_stiffness) stent["bending_stiffness_N_mm2"] = *c.bending_stiffness;
+  if (c.radial_stiffness) stent["radial_stiffness_N_per_mm2"] = *c.radial_stiffness;
   auto& wall = result["wall"];
   wall["preset"] = c.wall_preset;
   if (!c.modulus_array.empty()) {

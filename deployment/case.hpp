@@ -47,6 +47,10 @@ struct Case {
   std::optional<double>
       straightening;  ///< 0 follows the vessel, 1 straightens it; default 0 for open, 1 for closed
 
+  bool gives_way = false;  ///< the wall may bend, shift and narrow the stent
+  std::optional<double> bending_stiffness,
+      radial_stiffness;  ///< N mm^2; N/mm^2: force per mm of length and mm of diameter
+
   std::string wall_preset = "elastic";  ///< `elastic`, `paper`, or one of wall_presets()
   bool paper_wall() const { return wall_preset == "paper"; }
   std::optional<double> youngs_modulus, thickness, poisson_ratio;  ///< MPa, mm, 1

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "deployment/give_way.hpp"
 #include "deployment/stent_contact.hpp"
 #include "deployment/wall_levels.hpp"
 #include "vessels/error.hpp"
@@ -31,6 +32,16 @@ constexpr double kExact = 1e-4;
 // every row of vertices that slides over it is caught, and where the wall comes to rest depends on
 // how it came.
 constexpr double kEdgeRounding = 2;
+// Of the contact force: what may push a stent that gives way without being balanced. On the
+// coarsest wall, where looks are cheap, its axis then lies within 0.1 % of its radius of its rest.
+constexpr double kStentAtRest = 2e-4;
+constexpr double kStentBalanced = 2e-3;
+// While it is looked for: how well the wall settles, but better the nearer it is; rounds without
+// progress, of one wall; and looks without.
+constexpr double kLook = 1e-3;
+constexpr double kLookOfUnbalanced = 0.05;
+constexpr int kStalledLook = 5;
+constexpr int kStalledLooks = 12;
 // k dt^2/m; with kept multipliers and two sweeps or more this stays stable.
 constexpr double kKappa = 1.0;
 
@@ -104,27 +115,42 @@ class Run {
         walls_(make_walls(setup)) {
     for (std::size_t level = 0; level + 1 < walls_.size(); ++level)
       finer_.emplace_back(walls_[level].mesh, walls_[level + 1].mesh);
+    if (case_.gives_way) gives_.emplace(setup);
   }
 
   Outcome finish() {
     grow();
+    if (gives_) stent_.reshape(gives_->envelope());
     for (; level_ + 1 < walls_.size(); ++level_) {
-      settle_on_surface(level_ == 0 ? kExact : kRough, kEdgeRounding * walls_[level_].edge_length);
+      if (level_ == 0) give_way();
+      settle_on_surface(level_ == 0 ? kExact : kRough, edge_rounding());
       places_ = finer_[level_](places_);
     }
     if (!stent_.rigid()) {
       settle_by_relaxation();
     } else if (!setup_.has_struts()) {
+      give_way();
       settle_on_surface(*case_.tolerance);
     } else {
+      // Coarser walls, where there are any, have brought it to rest.
+      if (walls_.size() == 1) give_way();
+      if (gives_) stent_.reshape(inflated(setup_, at_rest(), 1));
       settle_on_surface(kRough);
-      stent_.deflate(stent_state(setup_, 1));
+      stent_.deflate(at_rest());
       if (stent_.on_struts())
         settle_by_relaxation();
       else
         settle_on_surface(*case_.tolerance);
     }
+    if (gives_) judge_stent();
     outcome_.patch = std::move(places_);
+    outcome_.nominal_radii = stent_state(setup_, 1).radii;
+    StentState final_state = at_rest();
+    outcome_.axis = final_state.axis;
+    outcome_.radii = final_state.radii;
+    outcome_.stent = shape_of(setup_, final_state);
+    outcome_.struts = std::move(final_state.struts);
+    outcome_.surface = std::move(final_state.surface);
     return std::move(outcome_);
   }
 
@@ -151,15 +177,17 @@ class Run {
     }
   }
 
+  StentState at_rest() const { return gives_ ? gives_->at_rest() : stent_state(setup_, 1); }
+
   bool may_go_on() const { return settling_steps_ < *case_.max_settling_steps; }
 
-  void settle_on_surface(double tolerance, double edge_radius = 0) {
+  void settle_on_surface(double tolerance, double edge_radius = 0,
+                         int most_stalled = kStalledRounds) {
     const Wall& wall = walls_[level_];
     xpbd::Equilibrium equilibrium(wall.sheet, places_, stent_.exact_surface(edge_radius));
     outcome_.converged = false;
     double least = std::numeric_limits<double>::infinity();
-    for (int stalled = 0; !outcome_.converged && may_go_on() && stalled < kStalledRounds;
-         ++stalled) {
+    for (int stalled = 0; !outcome_.converged && may_go_on() && stalled < most_stalled; ++stalled) {
       StepRecord record;
       record.settling = true;
       for (int i = 0; i < kSettlingIterations && !outcome_.converged; ++i) {
@@ -168,10 +196,45 @@ class Run {
         outcome_.converged = report.balance.relative <= tolerance;
       }
       places_.assign(equilibrium.positions().begin(), equilibrium.positions().end());
+      if (gives_) contact_forces_ = equilibrium.contact_forces();
       note(record, equilibrium.balance());
       if (equilibrium.balance().relative < 0.9 * least) {
         least = equilibrium.balance().relative;
         stalled = -1;
+      }
+    }
+  }
+
+  void judge_stent() {
+    outcome_.given_way = gives_->report();
+    outcome_.converged = outcome_.converged && outcome_.given_way->unbalanced <= kStentBalanced;
+  }
+
+  double edge_rounding() const { return kEdgeRounding * walls_[level_].edge_length; }
+
+  /// Wall and stent settle in turn until forces balance on both. On sharp edges, where rows of
+  /// vertices are caught and let go, forces would jump.
+  void give_way() {
+    if (!gives_) return;
+    gives_->new_wall();
+    const double sought = level_ == 0 ? kStentAtRest : kStentBalanced;
+    double tolerance = kLook;
+    double least = std::numeric_limits<double>::infinity();
+    for (int stalled = 0; may_go_on(); ++stalled) {
+      stent_.reshape(gives_->envelope());
+      settle_on_surface(tolerance, edge_rounding(), kStalledLook);
+      gives_->settled(places_, contact_forces_, outcome_.history.back().energy);
+      const double unbalanced = gives_->report().unbalanced;
+      if (unbalanced <= sought || stalled > kStalledLooks) return;
+      if (unbalanced < 0.9 * least) {
+        least = unbalanced;
+        stalled = -1;
+      }
+      tolerance = std::clamp(kLookOfUnbalanced * unbalanced, kExact, kLook);
+      if (stalled == kStalledLooks) {
+        gives_->new_wall();  // back to the best place
+      } else {
+        gives_->move_on();
       }
     }
   }
@@ -233,6 +296,10 @@ class Run {
     record.residual = balance.relative;
     record.contact_force = balance.contact_force_sum;
     record.energy = balance.energy;
+    if (gives_) {
+      record.stent_shift = gives_->report().shift;
+      record.stent_unbalanced = gives_->report().unbalanced;
+    }
     outcome_.history.push_back(record);
     std::vector<Vec3> finest = places_;
     for (std::size_t level = level_; level < finer_.size(); ++level) finest = finer_[level](finest);
@@ -247,6 +314,8 @@ class Run {
   StentContact stent_;
   std::vector<Wall> walls_;          // from coarse to fine
   std::vector<Prolongation> finer_;  // from each to the next
+  std::optional<GiveWay> gives_;     // a stent that does
+  std::vector<Vec3> contact_forces_;
   std::size_t level_ = 0;
   std::vector<Vec3> places_;  // of the wall at this level
   int settling_steps_ = 0;
@@ -266,12 +335,6 @@ Outcome deploy(const Setup& setup, const Observer& observe) {
     outcome.positions[v] = outcome.patch[i];
     outcome.moved[v] = 1;
   }
-  StentState final_state = stent_state(setup, 1);
-  outcome.axis = final_state.axis;
-  outcome.radii = final_state.radii;
-  outcome.stent = shape_of(setup, final_state);
-  outcome.struts = std::move(final_state.struts);
-  outcome.surface = std::move(final_state.surface);
   outcome.contact_force = outcome.history.empty() ? 0 : outcome.history.back().contact_force;
   return outcome;
 }

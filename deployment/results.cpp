@@ -22,12 +22,13 @@ std::string history_csv(const std::vector<StepRecord>& history) {
   std::ostringstream csv;
   csv << "step,settling,expansion,radius_mm,straightening,contacts,largest_move_mm,relative_"
          "residual,contact_force_N,"
-         "energy_N_mm,deepest_in_struts_mm,vertices\n";
+         "energy_N_mm,deepest_in_struts_mm,vertices,stent_shift_mm,stent_unbalanced\n";
   for (const StepRecord& r : history) {
     csv << r.step << ',' << r.settling << ',' << exact(r.expansion) << ',' << exact(r.radius) << ','
         << exact(r.straightening) << ',' << r.contacts << ',' << exact(r.largest_move) << ','
         << exact(r.residual) << ',' << exact(r.contact_force) << ',' << exact(r.energy) << ','
-        << exact(r.deepest) << ',' << r.vertices << '\n';
+        << exact(r.deepest) << ',' << r.vertices << ',' << exact(r.stent_shift) << ','
+        << exact(r.stent_unbalanced) << '\n';
   }
   return csv.str();
 }
@@ -82,7 +83,7 @@ measure::Comparison comparison_for(const Setup& setup, const Outcome& outcome,
   comparison.way = setup.placement.way;
   comparison.stent_axis_before = setup.placement.axis;
   comparison.stent_axis_after = outcome.axis;
-  for (const double r : outcome.radii) comparison.target.push_back(2 * r);
+  for (const double r : outcome.nominal_radii) comparison.target.push_back(2 * r);
   comparison.movable = result.moved;
   return comparison;
 }
@@ -158,8 +159,8 @@ nlohmann::ordered_json surface_design_json(const Setup& setup) {
   return json;
 }
 
-/// Of the surface, then of the case.
-std::vector<std::string> warnings_of(const Setup& setup) {
+/// Of the surface, then of the case, then of its result.
+std::vector<std::string> warnings_of(const Setup& setup, const Outcome& outcome) {
   std::vector<std::string> warnings;
   for (const vessels::Finding& finding : setup.check.findings) {
     using Severity = vessels::Finding::Severity;
@@ -167,6 +168,9 @@ std::vector<std::string> warnings_of(const Setup& setup) {
     warnings.push_back((finding.severity == Severity::repaired ? "repaired: " : "") + finding.text);
   }
   warnings.insert(warnings.end(), setup.warnings.begin(), setup.warnings.end());
+  if (outcome.given_way) {
+    if (const auto narrowed = narrowed_warning(*outcome.given_way)) warnings.push_back(*narrowed);
+  }
   return warnings;
 }
 
@@ -255,7 +259,14 @@ Metrics write_results(const Setup& setup, const Outcome& outcome, const fs::path
       {"steps", outcome.history.empty() ? 0 : outcome.history.back().step},
       {"relative_residual", outcome.history.empty() ? 0 : outcome.history.back().residual},
       {"contact_force_N", outcome.contact_force}};
-  json["warnings"] = warnings_of(setup);
+  if (outcome.given_way) {
+    const GivenWay& given = *outcome.given_way;
+    json["simulation"]["stent_shift_mm"] = given.shift;
+    json["simulation"]["stent_unbalanced"] = given.unbalanced;
+    json["simulation"]["stent_smallest_diameter_mm"] = given.smallest_diameter;
+    json["simulation"]["stent_looks"] = given.looks;
+  }
+  json["warnings"] = warnings_of(setup, outcome);
   vessels::write_whole(stage / "metrics.json", json.dump(2) + "\n");
   return metrics;
 }

@@ -197,6 +197,15 @@ void choose_design(Setup& setup) {
   refuse_straightening_open_cells(c);
 }
 
+/// What the case does not say of its stiffness, the design does.
+void derive_stiffness(Setup& setup) {
+  Case& c = setup.specification;
+  const stents::Specification& design = setup.design_specification;
+  if (!c.gives_way) return;
+  if (!c.bending_stiffness) c.bending_stiffness = design.bending_stiffness;
+  if (!c.radial_stiffness) c.radial_stiffness = design.radial_stiffness;
+}
+
 void place_stent(Setup& setup) {
   Case& c = setup.specification;
   Placement& p = setup.placement;
@@ -535,6 +544,7 @@ Setup prepare(Case specification) {
     vessels::fill_radii(setup.centerline, setup.surface);
   }
   choose_design(setup);
+  derive_stiffness(setup);
   place_stent(setup);
   judge_target(setup);
   derive_wall(setup);

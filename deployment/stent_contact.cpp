@@ -24,26 +24,22 @@ double balloon_voxel_size(const Setup& setup) {
                             : *c.voxel_size;
 }
 
-/// Twice as many segments on the same curve: between four points of a smooth line lies (9 (b + c) -
-/// (a + d)) / 16, to fourth order (Dyn, Gregory & Levin 1987). Radii in between are linear.
-void subdivide(StentState& state) {
-  const Polyline& line = state.axis;
-  const std::size_t last = line.size() - 1;
+/// Twice as many values on the same curve: between four evenly spaced values of a smooth function
+/// lies (9 (b + c) - (a + d)) / 16, to fourth order (Dyn, Gregory & Levin 1987).
+template <class Value>
+std::vector<Value> subdivided(const std::vector<Value>& coarse) {
+  const std::size_t last = coarse.size() - 1;
   const auto beyond = [&](std::size_t end, std::size_t next) {
-    return Vec3(2 * line[end] - line[next]);
+    return Value(2 * coarse[end] - coarse[next]);
   };
-  Polyline finer{line.front()};
-  std::vector<double> radii{state.radii.front()};
+  std::vector<Value> finer{coarse.front()};
   for (std::size_t i = 0; i < last; ++i) {
-    const Vec3 before = i > 0 ? line[i - 1] : beyond(0, 1);
-    const Vec3 after = i + 1 < last ? line[i + 2] : beyond(last, last - 1);
-    finer.push_back((9 * (line[i] + line[i + 1]) - (before + after)) / 16);
-    finer.push_back(line[i + 1]);
-    radii.push_back(0.5 * (state.radii[i] + state.radii[i + 1]));
-    radii.push_back(state.radii[i + 1]);
+    const Value before = i > 0 ? coarse[i - 1] : beyond(0, 1);
+    const Value after = i + 1 < last ? coarse[i + 2] : beyond(last, last - 1);
+    finer.push_back((9 * (coarse[i] + coarse[i + 1]) - (before + after)) / 16);
+    finer.push_back(coarse[i + 1]);
   }
-  state.axis = std::move(finer);
-  state.radii = std::move(radii);
+  return finer;
 }
 
 }  // namespace
@@ -124,8 +120,10 @@ xpbd::ContactField StentContact::exact_surface(double edge_radius) const {
   // On the inner side of a bend segments meet in creases. A vertex that lies in one is pushed by
   // both sides, and a force that tells them apart has no rest: so the creases are made faint.
   StentState smooth = state_;
-  subdivide(smooth);
-  subdivide(smooth);
+  for (int i = 0; i < 2; ++i) {
+    smooth.axis = subdivided(smooth.axis);
+    smooth.radii = subdivided(smooth.radii);
+  }
   return [field = std::make_shared<const sdf::ExactField>(envelope_of(setup_, smooth, inset)),
           inset](std::span<const Vec3> places, std::span<xpbd::Gap> gaps) {
     std::vector<sdf::Sample> samples(places.size());

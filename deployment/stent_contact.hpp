@@ -28,6 +28,8 @@ class StentContact {
   /// The level set of the balloon, or of the smooth stent, at this state. A growing stent needs no
   /// finer field than its steps.
   void grow(StentState state, bool coarse_field);
+  /// For `exact_surface` only, which needs no level set.
+  void reshape(StentState state) { state_ = std::move(state); }
   /// Takes the balloon away: the wall settles on the struts, or on the sleeve of a graft.
   void deflate(StentState state);
 

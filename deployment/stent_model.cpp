@@ -20,6 +20,32 @@ StentState tube_state(const Setup& setup, double expansion) {
   return state;
 }
 
+stents::Pattern pattern_with(const stents::Design& design, const stents::RadiusProfile& radius) {
+  try {
+    return design.expanded(radius);
+  } catch (const std::invalid_argument& beyond) {
+    throw Error(ExitCode::usage, std::string("the stent's design: ") + beyond.what());
+  }
+}
+
+/// Adds the struts, and the axis that they lie around, to a state with radii.
+void thread_struts(const Setup& setup, const stents::Pattern& pattern,
+                   const stents::AxisWithFrames& axis, double middle, StentState& state) {
+  const bool closed = setup.design->cell() == stents::Cell::closed;
+  const double start = middle - 0.5 * pattern.length;
+  try {
+    state.struts = stents::place(
+        pattern, axis, start, closed ? stents::Bending::conforming : stents::Bending::rigid_rings);
+  } catch (const std::invalid_argument& infeasible) {
+    throw Error(ExitCode::geometry,
+                setup.specification.surface.string() + ": " + infeasible.what());
+  }
+  const std::vector<double>& arc = setup.placement.arc;
+  state.axis.clear();
+  for (const double s : arc)
+    state.axis.push_back(point_at(axis.points, axis.arc, start + s / arc.back() * pattern.length));
+}
+
 StentState strut_state(const Setup& setup, double expansion) {
   const Placement& p = setup.placement;
   const stents::Pattern pattern =
@@ -37,20 +63,11 @@ StentState strut_state(const Setup& setup, double expansion) {
   const Vec3 normal = stents::rotation_minimising_frames(p.long_axis).front().normal;
   const stents::AxisWithFrames axis =
       stents::with_frames(stents::straightened(p.long_axis, state.straightening), normal);
-  const double start = p.long_middle - 0.5 * pattern.length;
-  try {
-    state.struts = stents::place(
-        pattern, axis, start, closed ? stents::Bending::conforming : stents::Bending::rigid_rings);
-  } catch (const std::invalid_argument& infeasible) {
-    throw Error(ExitCode::geometry,
-                setup.specification.surface.string() + ": " + infeasible.what());
-  }
   for (const double s : p.arc) {
-    const double share = s / p.arc.back();
-    state.axis.push_back(point_at(axis.points, axis.arc, start + share * pattern.length));
-    const double nominal = stents::outer_radius(setup.stent, share * setup.stent.length);
+    const double nominal = stents::outer_radius(setup.stent, s / p.arc.back() * setup.stent.length);
     state.radii.push_back(setup.start_radius + expansion * (nominal - setup.start_radius));
   }
+  thread_struts(setup, pattern, axis, p.long_middle, state);
   return state;
 }
 
@@ -97,23 +114,81 @@ double largest_protrusion(const StentState& state) {
   return largest;
 }
 
+/// Of the frames that carry its struts, at its proximal end.
+Vec3 first_normal(const Setup& setup, const StentState& state) {
+  const Polyline& native = setup.placement.long_axis;
+  const Polyline line = stents::straightened(native, state.straightening);
+  const stents::AxisWithFrames axis =
+      stents::with_frames(line, stents::rotation_minimising_frames(native).front().normal);
+  const PolylinePlace place = nearest_place(axis.points, axis.arc, state.axis.front());
+  return axis.frames[static_cast<std::size_t>(place.segment)].normal;
+}
+
+Polyline continued_straight(const Polyline& line, double by) {
+  const std::size_t n = line.size();
+  Polyline result;
+  result.push_back(line.front() - by * (line[1] - line[0]).normalized());
+  result.insert(result.end(), line.begin(), line.end());
+  result.push_back(line.back() + by * (line[n - 1] - line[n - 2]).normalized());
+  return result;
+}
+
 }  // namespace
 
 stents::Pattern expanded_pattern(const stents::Design& design, const stents::SmoothTube& tube,
                                  double start_radius, double expansion) {
-  try {
-    return design.expanded([&](double share) {
-      return start_radius +
-             expansion * (stents::outer_radius(tube, share * tube.length) - start_radius);
-    });
-  } catch (const std::invalid_argument& beyond) {
-    throw Error(ExitCode::usage, std::string("the stent's design: ") + beyond.what());
-  }
+  return pattern_with(design, [&](double share) {
+    return start_radius +
+           expansion * (stents::outer_radius(tube, share * tube.length) - start_radius);
+  });
 }
 
 StentState stent_state(const Setup& setup, double expansion) {
   if (setup.surface_design) return surface_state(setup, expansion);
   return setup.design ? strut_state(setup, expansion) : tube_state(setup, expansion);
+}
+
+StentState yielded_state(const Setup& setup, const StentLine& line) {
+  StentState state = stent_state(setup, 1);
+  const Placement& p = setup.placement;
+  const auto loss = [&, before = state.radii](double share) {
+    const double s = share * p.arc.back();
+    return value_at(before, p.arc, s) - value_at(line.radii, p.arc, s);
+  };
+  state.radii = line.radii;
+  if (!setup.has_struts()) {
+    state.axis = line.axis;
+    return state;
+  }
+  const Vec3 normal = first_normal(setup, state);
+  const double overhang = 0.5 * setup.stent.diameter;
+  const stents::AxisWithFrames axis =
+      stents::with_frames(continued_straight(line.axis, overhang), normal);
+  const double middle = overhang + 0.5 * length(line.axis);
+  if (setup.design) {
+    const stents::Pattern pattern = pattern_with(*setup.design, [&](double share) {
+      return stents::outer_radius(setup.stent, share * setup.stent.length) - loss(share);
+    });
+    thread_struts(setup, pattern, axis, middle, state);
+    return state;
+  }
+  const stents::StraightSurface& surface = setup.surface_design->surface;
+  const double start = middle - 0.5 * surface.length;
+  std::vector<double> radii;
+  for (const double s : axis.arc) {
+    const double z = std::clamp(s - start, 0.0, surface.length);
+    radii.push_back(stents::outer_radius(setup.stent, z) - loss(z / surface.length));
+  }
+  state.axis = line.axis;
+  state.surface = std::make_shared<const stents::SurfaceMap>(axis, start, std::move(radii),
+                                                             surface.outer_radius);
+  return state;
+}
+
+double envelope_beyond(const Setup& setup, const StentState& state) {
+  if (!state.struts) return 0;
+  const double sleeve = setup.design_specification.cover.outer;
+  return std::max(largest_protrusion(state), sleeve);
 }
 
 StentShape shape_of(const Setup& setup, const StentState& state) {

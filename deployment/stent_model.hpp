@@ -6,6 +6,7 @@
 
 #include "deployment/setup.hpp"
 #include "deployment/stent_shape.hpp"
+#include "deployment/yielding_stent.hpp"
 #include "stents/surface_map.hpp"
 
 namespace vstent::deployment {
@@ -21,6 +22,14 @@ struct StentState {
 
 /// \throws Error (geometry) a bend that the design cannot follow
 StentState stent_state(const Setup& setup, double expansion);
+
+/// The expanded stent on the axis and with the outer radii to which the wall has pushed it: as many
+/// points as Placement::axis. \throws Error (geometry) a bend that the design cannot follow
+StentState yielded_state(const Setup& setup, const StentLine& line);
+
+/// What reaches beyond the radii of an expanded stent and holds the wall there: metal in bends, a
+/// sleeve. mm
+double envelope_beyond(const Setup& setup, const StentState& state);
 
 /// Its metal, or its smooth outer surface.
 StentShape shape_of(const Setup& setup, const StentState& state);

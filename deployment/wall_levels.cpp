@@ -11,10 +11,13 @@
 namespace vstent::deployment {
 namespace {
 
-// A level has a ninth of the next one's vertices, edges three times as long; the coarsest is small
-// enough to grow in next to no time and fine enough to follow the vessel.
-constexpr double kRatio = 3;
+// Vertices of the coarsest level: small enough to grow in next to no time, fine enough to follow
+// the vessel. Levels between have at most about a ninth of the next one's vertices, edges three
+// times as long.
 constexpr double kCoarsest = 1500;
+constexpr double kLargestRatio = 9;
+// A wall of so many times the coarsest's vertices is coarse enough itself.
+constexpr double kCoarseEnough = 4.5;
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
@@ -103,11 +106,13 @@ std::vector<Vec3> Prolongation::operator()(std::span<const Vec3> coarse_position
 }
 
 std::vector<double> level_spacings(std::size_t vertices, double median_edge) {
+  const double surplus = static_cast<double>(vertices) / kCoarsest;
+  if (surplus <= kCoarseEnough) return {};
+  const int levels =
+      static_cast<int>(std::ceil(std::log(surplus) / std::log(kLargestRatio) - 0.25));
   std::vector<double> spacings;
-  double spacing = kRatio * median_edge;
-  for (double count = static_cast<double>(vertices) / (kRatio * kRatio); count > kCoarsest / 2;
-       count /= kRatio * kRatio, spacing *= kRatio)
-    spacings.insert(spacings.begin(), spacing);
+  for (int level = 0; level < levels; ++level)  // evenly, by the square root of the vertices
+    spacings.push_back(median_edge * std::pow(surplus, 0.5 * (levels - level) / levels));
   return spacings;
 }
 

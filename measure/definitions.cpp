@@ -8,6 +8,7 @@ namespace {
 constexpr std::string_view kNoBranch = "no branch leaves the way near the treated length";
 constexpr std::string_view kNoOstium = "no section across the branch's root is closed";
 constexpr std::string_view kDeployOnly = "only a deployment knows it";
+constexpr std::string_view kRigidStent = "the stent does not give way";
 constexpr std::string_view kNoStruts = "only a deployment of a design knows it";
 constexpr std::string_view kOpen = "the surface is open there";
 
@@ -120,6 +121,17 @@ constexpr Definition kListed[] = {
     {"/simulation/relative_residual", "Force residual", "", "Over the mean contact force.",
      kDeployOnly},
     {"/simulation/contact_force_N", "Contact force", "N", "Sum over the wall.", kDeployOnly},
+    {"/simulation/stent_shift_mm", "Shift of the stent's axis", "mm",
+     "Largest, from where it was prescribed.", kRigidStent},
+    {"/simulation/stent_unbalanced", "Unbalanced force on the stent", "",
+     "The most work that forces on it do along any shift, turn, bend or narrowing of 1 mm rms, "
+     "over "
+     "1 mm and the contact force.",
+     kRigidStent},
+    {"/simulation/stent_smallest_diameter_mm", "Diameter of the stent where it is narrowed most",
+     "mm", "Outer.", kRigidStent},
+    {"/simulation/stent_looks", "Looks at the stent's balance", "",
+     "Settled walls that it took to find its rest.", kRigidStent},
     {"/warnings/*", "Warning", "", "What a user should look at first.", "there is none"},
 };
 

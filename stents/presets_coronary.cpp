@@ -3,6 +3,9 @@
 namespace vstent::stents::presets {
 namespace {
 
+constexpr const char* kBends =
+    "by cell and size within 2.73-41.67 N mm2, measured on eight expanded stents of 6 mm for the "
+    "leg, Schmidt 2023, doi:10.1515/bmt-2022-0412";
 constexpr const char* kTrials2010 = "Trials 2010;11:1, table 1, doi:10.1186/1745-6215-11-1";
 constexpr const char* kFoin2012 =
     "Foin et al., EuroIntervention 2012;8:1315, doi:10.4244/EIJV8I11A200";
@@ -39,10 +42,12 @@ Specification xience_s() {
                   .crimped_diameter = 0.92,
                   .smallest_use = 2.25,
                   .largest_use = 3.25,
-                  .recoil = 0.04};
+                  .recoil = 0.04,
+                  .bending_stiffness = 12};
   return documented(
       s,
-      {{inferred(kBuilder),
+      {{tunable(kBends), {"bending_stiffness_N_mm2"}},
+       {inferred(kBuilder),
         {"crowns", "rings", "straight_length", "crown_arc", "crimped_diameter", "nominal_length",
          "connectors/count"}},
        {measured(kRingPhases), {"connectors/phase"}},
@@ -69,9 +74,11 @@ Specification ir2() {
                   .crimped_diameter = 0.92,
                   .smallest_use = 2.5,
                   .largest_use = 3.5,
-                  .recoil = 0.04};
+                  .recoil = 0.04,
+                  .bending_stiffness = 40};
   return documented(s,
-                    {{inferred(kBuilder),
+                    {{tunable(kBends), {"bending_stiffness_N_mm2"}},
+                     {inferred(kBuilder),
                       {"crowns", "rings", "straight_length", "crown_arc", "crimped_diameter",
                        "section/width", "section/thickness", "connectors/length"}},
                      {inferred(std::string("rings offset by half a wave; ") + kBuilder),
@@ -100,10 +107,12 @@ Specification element() {
                   .crimped_diameter = 1.0,
                   .smallest_use = 2.25,
                   .largest_use = 3.5,
-                  .recoil = 0.04};
+                  .recoil = 0.04,
+                  .bending_stiffness = 8};
   return documented(
       s,
-      {{measured(kTrials2010), {"section/thickness"}},
+      {{tunable(kBends), {"bending_stiffness_N_mm2"}},
+       {measured(kTrials2010), {"section/thickness"}},
        {inferred(std::string("between 0.061 and 0.089 mm, ") + kTrials2010), {"section/width"}},
        {inferred(std::string("crowns and largest lumen of 5.7 mm, ") + kFoin2012),
         {"straight_length", "crown_arc"}},
@@ -138,10 +147,12 @@ Specification cypher() {
                   .crimped_diameter = 1.1,
                   .smallest_use = 2.25,
                   .largest_use = 3.5,
-                  .recoil = 0.03};
+                  .recoil = 0.03,
+                  .bending_stiffness = 40};
   return documented(
       s,
-      {{tunable(kUnrolled), {"straight_length", "crown_arc", "connectors/length"}},
+      {{tunable(kBends), {"bending_stiffness_N_mm2"}},
+       {tunable(kUnrolled), {"straight_length", "crown_arc", "connectors/length"}},
        {tunable("bending links keep the pitch"), {"connectors/absorption"}},
        {remembered(),
         {"crowns", "section/width", "section/thickness", "connectors/shape", "connectors/phase",
@@ -167,10 +178,12 @@ Specification integrity() {
                   .crimped_diameter = 0.994,
                   .smallest_use = 2.25,
                   .largest_use = 3.5,
-                  .recoil = 0.04};
+                  .recoil = 0.04,
+                  .bending_stiffness = 15};
   return documented(
       s,
-      {{inferred(kBuilder),
+      {{tunable(kBends), {"bending_stiffness_N_mm2"}},
+       {inferred(kBuilder),
         {"section/width", "section/thickness", "section/edge_radius", "join_every",
          "crimped_diameter", "nominal_length"}},
        {inferred(std::string("helix angle of 23.5 deg crimped, ") + kBuilder),
@@ -200,10 +213,12 @@ Specification orsiro() {
                   .crimped_diameter = 0.98,
                   .smallest_use = 2.25,
                   .largest_use = 3.0,
-                  .recoil = 0.04};
+                  .recoil = 0.04,
+                  .bending_stiffness = 10};
   return documented(
       s,
-      {{inferred(kBuilder),
+      {{tunable(kBends), {"bending_stiffness_N_mm2"}},
+       {inferred(kBuilder),
         {"strands", "section/width", "section/thickness", "nominal_length", "crimped_diameter",
          "joint"}},
        {inferred(std::string("units per turn and largest lumen of 5.2 mm, ") + kLargestLumen),
@@ -224,10 +239,12 @@ Specification coil() {
                   .crimped_diameter = 1.2,
                   .smallest_use = 2.5,
                   .largest_use = 4,
-                  .recoil = 0.026};
+                  .recoil = 0.026,
+                  .bending_stiffness = 3};
   return documented(
       s,
-      {{measured(std::string("intrinsic recoil 2.6 %, finite elements, ") + kEtave2001),
+      {{tunable(kBends), {"bending_stiffness_N_mm2"}},
+       {measured(std::string("intrinsic recoil 2.6 %, finite elements, ") + kEtave2001),
         {"recoil"}},
        {remembered(), {"section/width", "section/thickness"}}},
       {{"length", "grows on expansion", Provenance::measured, kEtave2001}});

@@ -269,4 +269,15 @@ RelaxReport Equilibrium::iterate(const EquilibriumOptions& options) {
 std::span<const Vec3> Equilibrium::positions() const { return implementation_->positions; }
 ForceBalance Equilibrium::balance() const { return implementation_->balance; }
 
+std::vector<Vec3> Equilibrium::contact_forces() const {
+  const Implementation& i = *implementation_;
+  std::vector<Vec3> forces(i.count, Vec3::Zero());
+  for (std::size_t k = 0; k < i.count; ++k) {
+    const Vec3& normal = i.now.normals[k];
+    if (i.held[k])
+      forces[at(i.elastic.layout.original[k])] = -place(i.now.forces[k]).dot(normal) * normal;
+  }
+  return forces;
+}
+
 }  // namespace vstent::xpbd

@@ -40,8 +40,9 @@ class Equilibrium {
   /// One iteration; the balance is that of the places it leads to.
   RelaxReport iterate(const EquilibriumOptions& options);
 
-  std::span<const Vec3> positions() const;  ///< by vertex, mm
-  ForceBalance balance() const;             ///< at the present places
+  std::span<const Vec3> positions() const;   ///< by vertex, mm
+  ForceBalance balance() const;              ///< at the present places
+  std::vector<Vec3> contact_forces() const;  ///< by vertex, N: what the body pushes it with
 
  private:
   struct Implementation;

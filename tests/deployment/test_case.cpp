@@ -39,6 +39,20 @@ TEST(CaseFile, ReadsWhatItSays) {
   EXPECT_FALSE(c.contact_stiffness.has_value());
 }
 
+TEST(CaseFile, AStentMayGiveWay) {
+  json specification = minimal();
+  EXPECT_FALSE(parse_case(specification, "case.json", "/data").gives_way);
+  specification["stent"]["gives_way"] = true;
+  specification["stent"]["bending_stiffness_N_mm2"] = 20;
+  specification["stent"]["radial_stiffness_N_per_mm2"] = 0.3;
+  const Case c = parse_case(specification, "case.json", "/data");
+  EXPECT_TRUE(c.gives_way);
+  EXPECT_EQ(c.bending_stiffness, 20);
+  EXPECT_EQ(c.radial_stiffness, 0.3);
+  const auto once = to_json(c);
+  EXPECT_EQ(to_json(parse_case(json::parse(once.dump()), "case.json", "/")).dump(), once.dump());
+}
+
 TEST(CaseFile, WritingAndReadingAgainIsTheSame) {
   json specification = minimal();
   specification["stent"]["diameter"] = "10.1234567890123mm";
@@ -109,6 +123,18 @@ TEST(CaseFile, NamesFileAndKeyOfWhatIsWrong) {
   c = minimal();
   c["stent"]["straightening"] = 0.5;
   EXPECT_NE(refusal(c).find("/stent/straightening: an open-cell stent follows the vessel"),
+            std::string::npos);
+  c = minimal();
+  c["stent"]["bending_stiffness_N_mm2"] = 20;
+  EXPECT_NE(refusal(c).find("/stent/bending_stiffness_N_mm2: is for a stent that gives way"),
+            std::string::npos);
+  c["stent"]["gives_way"] = true;
+  c["contact"]["stiffness_N_per_mm"] = 0.1;
+  EXPECT_NE(refusal(c).find("/contact/stiffness_N_per_mm: is a soft contact"), std::string::npos);
+  c = minimal();
+  c["stent"]["gives_way"] = true;
+  c["stent"]["radial_stiffness_N_per_mm2"] = -1;
+  EXPECT_NE(refusal(c).find("/stent/radial_stiffness_N_per_mm2: must be a positive stiffness"),
             std::string::npos);
   c = minimal();
   c["stent"]["cell"] = "half-open";

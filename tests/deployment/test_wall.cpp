@@ -93,10 +93,18 @@ TEST(CoarseWall, CarriesRigidMotionsExactly) {
 
 TEST(CoarseWall, LevelsGoDownToTheCoarsest) {
   EXPECT_TRUE(level_spacings(5000, 0.4).empty());
-  const std::vector<double> spacings = level_spacings(90'000, 0.2);
-  ASSERT_EQ(spacings.size(), 2u);
-  EXPECT_DOUBLE_EQ(spacings[0], 1.8);
-  EXPECT_DOUBLE_EQ(spacings[1], 0.6);
+  for (const std::size_t vertices : {7'000, 30'000, 90'000, 1'000'000}) {
+    const std::vector<double> spacings = level_spacings(vertices, 0.2);
+    ASSERT_FALSE(spacings.empty());
+    // As many vertices as area allows: 1,500 on the coarsest.
+    const double ratio = spacings.front() / 0.2;
+    EXPECT_NEAR(static_cast<double>(vertices) / (ratio * ratio), 1500, 1e-6 * 1500);
+    double finer = 0.2;
+    for (std::size_t level = spacings.size(); level-- > 0; finer = spacings[level]) {
+      EXPECT_GT(spacings[level] / finer, 1.3);
+      EXPECT_LE(spacings[level] / finer, 4);  // three and a little, so that levels stay few
+    }
+  }
 }
 
 Case vein_case(const std::filesystem::path& surface, const json& wall) {
