@@ -1,6 +1,7 @@
 // What the wall costs: projections per second beside a scalar loop in mesh order, relaxation,
 // setup, and a whole expansion until the static residual is small.
 #include <benchmark/benchmark.h>
+#include <malloc.h>
 #include <tbb/global_control.h>
 
 #include <algorithm>
@@ -65,34 +66,52 @@ tbb::global_control threads(std::int64_t count) {
   return {tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(count)};
 }
 
-template <class AnySolver>
-void sweep(benchmark::State& state, const Sheet& sheet) {
-  AnySolver solver(sheet);
-  const StepOptions options{.iterations = kSweeps, .damping = 0.5};
+void Scalar(benchmark::State& state) {
+  const Sheet sheet = sheet_of(tube(state.range(0)), kBoth);
+  ReferenceSolver solver(sheet);
+  for (auto _ : state) solver.step({}, {.iterations = kSweeps, .damping = 0.5});
+  count_projections(state, sheet);
+}
+BENCHMARK(Scalar)->Arg(10'000)->Arg(40'000)->Arg(160'000)->Unit(benchmark::kMillisecond);
+
+/// Of the heap.
+std::size_t bytes_in_use() {
+  const auto info = mallinfo2();
+  return info.uordblks + info.hblkhd;
+}
+
+void sweep(benchmark::State& state, const Sheet& sheet, Precision precision) {
+  const std::size_t before = bytes_in_use();
+  Solver solver(sheet);
+  const StepOptions options{.iterations = kSweeps, .damping = 0.5, .precision = precision};
+  solver.step({}, options);
+  state.counters["bytes/vertex"] =
+      static_cast<double>(bytes_in_use() - before) / static_cast<double>(sheet.positions.size());
   for (auto _ : state) solver.step({}, options);
   count_projections(state, sheet);
 }
 
-void Scalar(benchmark::State& state) {
-  sweep<ReferenceSolver>(state, sheet_of(tube(state.range(0)), kBoth));
-}
-BENCHMARK(Scalar)->Arg(10'000)->Arg(40'000)->Arg(160'000)->Unit(benchmark::kMillisecond);
-
+/// range: vertices, threads, constraints, precision (0 double, 1 single).
 void Batched(benchmark::State& state) {
   const auto limit = threads(state.range(1));
-  sweep<Solver>(state, sheet_of(tube(state.range(0)), static_cast<Kind>(state.range(2))));
+  sweep(state, sheet_of(tube(state.range(0)), static_cast<Kind>(state.range(2))),
+        static_cast<Precision>(state.range(3)));
 }
 BENCHMARK(Batched)
-    ->ArgNames({"vertices", "threads", "distance_dihedral_both"})
-    ->ArgsProduct({{10'000, 40'000, 160'000}, {1, 2}, {kDistance, kDihedral, kBoth}})
+    ->ArgNames({"vertices", "threads", "distance_dihedral_both", "single"})
+    ->ArgsProduct({{10'000, 40'000, 160'000}, {1, 2}, {kDistance, kDihedral, kBoth}, {0, 1}})
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 
 void BatchedShuffledNumbering(benchmark::State& state) {
   const auto limit = threads(1);
-  sweep<Solver>(state, sheet_of(shuffled(tube(state.range(0))), kBoth));
+  sweep(state, sheet_of(shuffled(tube(state.range(0))), kBoth),
+        static_cast<Precision>(state.range(1)));
 }
-BENCHMARK(BatchedShuffledNumbering)->Arg(40'000)->Arg(160'000)->Unit(benchmark::kMillisecond);
+BENCHMARK(BatchedShuffledNumbering)
+    ->ArgNames({"vertices", "single"})
+    ->ArgsProduct({{40'000, 160'000}, {0, 1}})
+    ->Unit(benchmark::kMillisecond);
 
 void Relax(benchmark::State& state) {
   const auto limit = threads(state.range(1));

@@ -18,6 +18,8 @@ struct LeafPage {
   static std::size_t place(int i, int j, int k) {
     return static_cast<std::size_t>(25 * i + 5 * j + k);
   }
+  /// The inverse.
+  static std::array<int, 3> indices(int place) { return {place / 25, place / 5 % 5, place % 5}; }
   void fill_own(const float* values);
 
   std::array<const float*, 125> leaves;

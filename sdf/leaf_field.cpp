@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 namespace vstent::sdf {
 
@@ -12,7 +11,7 @@ static_assert(sizeof(Vec3) == 3 * sizeof(double));    // and reads it
 namespace {
 
 float node(const LeafPlaces& place, int i, int j, int k) {
-  i += place.node[0], j += place.node[1], k += place.node[2];
+  i += place.node[0][0], j += place.node[1][0], k += place.node[2][0];
   const float* leaf =
       place.leaves[0][LeafPlaces::kStep[0] * (i >> 3) + LeafPlaces::kStep[1] * (j >> 3) + (k >> 3)];
   return leaf[(i & 7) << 6 | (j & 7) << 3 | (k & 7)];
@@ -25,7 +24,7 @@ double bend(const LeafPlaces& place) {
     const std::array<int, 3> step{corner >> 2, corner >> 1 & 1, corner & 1};
     double weight = 1, bends = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto f = static_cast<double>(place.fraction[axis]);
+      const auto f = static_cast<double>(place.fraction[axis][0]);
       weight *= step[axis] ? f : 1 - f;
       const auto along = [&](int by) {
         std::array<int, 3> at{1 + step[0], 1 + step[1], 1 + step[2]};
@@ -53,25 +52,30 @@ LeafCursor::LeafCursor(const LeafField& field)
 void LeafCursor::locate(std::span<const Vec3> points, LeafPlaces& places, std::span<Loose> loose) {
   kernels_.locate({points.front().data(), 3 * points.size()}, lattice_, places);
   for (std::size_t n = 0; n < points.size(); ++n) {
-    const int *block = &places.block[3 * n], *leaf = &places.leaf[3 * n];
-    if (!page_ || std::memcmp(block_.data(), block, sizeof block_) != 0) {
-      block_ = {block[0], block[1], block[2]};
+    const IndexTable::Index block{places.block[0][n], places.block[1][n], places.block[2][n]};
+    if (!page_ || ((block[0] ^ block_[0]) | (block[1] ^ block_[1]) | (block[2] ^ block_[2])) != 0) {
+      block_ = block;
       page_ = field_.leaves.find_page(block_);
       if (!page_) {
-        const auto first = [&](int axis) {
-          return LeafPage::kSide * block[axis] + leaf[axis] / LeafPlaces::kStep[axis];
-        };
-        for (int next = 0; next < 8; ++next) {
-          const int di = next >> 2, dj = next >> 1 & 1, dk = next & 1;
-          loose[n][LeafPage::place(di, dj, dk)] =
-              field_.leaves.find(first(0) + di, first(1) + dj, first(2) + dk);
-        }
+        loose[n] = find_loose(places.leaf[n]);
         places.leaves[n] = loose[n].data();
         continue;
       }
     }
-    places.leaves[n] = page_->leaves.data() + (leaf[0] + leaf[1] + leaf[2]);
+    places.leaves[n] = page_->leaves.data() + places.leaf[n];
   }
+}
+
+LeafCursor::Loose LeafCursor::find_loose(int leaf) const {
+  Loose loose{};
+  const auto [i, j, k] = LeafPage::indices(leaf);
+  for (int next = 0; next < 8; ++next) {
+    const int di = next >> 2, dj = next >> 1 & 1, dk = next & 1;
+    loose[LeafPage::place(di, dj, dk)] = field_.leaves.find(LeafPage::kSide * block_[0] + i + di,
+                                                            LeafPage::kSide * block_[1] + j + dj,
+                                                            LeafPage::kSide * block_[2] + k + dk);
+  }
+  return loose;
 }
 
 Sample LeafCursor::sample(const Vec3& x) {

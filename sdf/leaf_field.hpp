@@ -36,6 +36,8 @@ class LeafCursor {
 
   /// `loose` has room for the leaves of each.
   void locate(std::span<const Vec3> points, LeafPlaces& places, std::span<Loose> loose);
+  /// From this leaf of the block on.
+  Loose find_loose(int leaf) const;
 
   const LeafField& field_;
   const LeafLattice lattice_;

@@ -108,19 +108,19 @@ constexpr double kFarthestNode = 0x1p31 - 64;
 
 constexpr std::size_t kPlaces = 32;
 
-/// Where the 4^3 nodes around some points are, up to kPlaces of them. Of the first node there are
-/// three numbers per point, one along each axis.
+/// Where the 4^3 nodes around some points are, up to kPlaces of them; along each axis, where it
+/// says so.
 struct LeafPlaces {
-  using Numbers = std::array<int, 3 * kPlaces>;
+  template <class Number>
+  using Of = std::array<Number, kPlaces>;
   static constexpr int kStep[3]{25, 5, 1};
 
-  alignas(32) Numbers block;  ///< of 4^3 leaves
-  alignas(32) Numbers leaf;   ///< in the block, times kStep
-  alignas(32) Numbers node;   ///< in the leaf
-  /// Of the way from the second node to the third.
-  alignas(32) std::array<float, 3 * kPlaces> fraction;
+  alignas(64) std::array<Of<int>, 3> block;  ///< of 4^3 leaves: the first node's
+  alignas(64) Of<int> leaf;                  ///< in the block: the sum of kStep times its indices
+  alignas(64) std::array<Of<int>, 3> node;   ///< in the leaf: the first node
+  alignas(64) std::array<Of<float>, 3> fraction;  ///< of the way from the second node to the third
   /// From the first node's leaf on, those that follow kStep apart along each axis.
-  std::array<const float* const*, kPlaces> leaves;
+  alignas(64) Of<const float* const*> leaves;
 };
 
 struct LeafRange {

@@ -1,12 +1,16 @@
 // Body of the sampling kernels: included by one .cpp per instruction set. Everything here has
 // internal linkage.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 
 #include "sdf/leaf_kernels.hpp"
 #include "sdf/wide.hpp"
+#ifdef __AVX512F__
+#include "sdf/sample_sixteen_body.hpp"
+#endif
 
 namespace vstent::sdf {
 namespace {
@@ -15,28 +19,61 @@ typedef int RowPick __attribute__((vector_size(16)));
 typedef int WidePick __attribute__((vector_size(32)));
 typedef std::int64_t Addresses __attribute__((vector_size(32), may_alias));
 
-template <class Vector>
-inline Vector load(const void* from) {
+#ifdef __AVX512F__
+constexpr std::size_t kDoubles = 8;
+#else
+constexpr std::size_t kDoubles = 4;
+#endif
+typedef double Doubles __attribute__((vector_size(8 * kDoubles), may_alias));
+typedef std::int64_t Picks __attribute__((vector_size(8 * kDoubles)));
+typedef int Ints __attribute__((vector_size(4 * kDoubles), may_alias));
+typedef float Floats __attribute__((vector_size(4 * kDoubles), may_alias));
+
+template <class Vector, class Number>
+inline Vector load(const Number* from) {
   Vector loaded;
   __builtin_memcpy(&loaded, from, sizeof loaded);
   return loaded;
 }
 
-template <class Numbers, class Vector>
-inline void put(Numbers& numbers, std::size_t at, const Vector& four) {
-  __builtin_memcpy(numbers.data() + at, &four, sizeof four);
+template <class Number, class Vector>
+inline void put(const Vector& several, Number* to) {
+  __builtin_memcpy(to, &several, sizeof several);
 }
 
-/// Four points at a time: their coordinates need not be sorted by axis.
+inline Doubles same(double a) { return Doubles{} + a; }
+
+inline Doubles rounded_down(Doubles a) {
+#ifdef __AVX512F__
+  return (Doubles)_mm512_floor_pd((__m512d)a);
+#else
+  return floor(a);
+#endif
+}
+
+/// The coordinates along one axis of points x, y, z, x, ...
+template <int kAxis>
+inline Doubles along(const Doubles (&interleaved)[3]) {
+  constexpr int kCount = kDoubles;
+  constexpr auto first = [](int n) { return 3 * n + kAxis < 2 * kCount ? 3 * n + kAxis : n; };
+  constexpr auto last = [](int n) {
+    return 3 * n + kAxis < 2 * kCount ? n : 3 * n + kAxis - kCount;
+  };
+#ifdef __AVX512F__
+  constexpr Picks kFirst{first(0), first(1), first(2), first(3),
+                         first(4), first(5), first(6), first(7)},
+      kLast{last(0), last(1), last(2), last(3), last(4), last(5), last(6), last(7)};
+#else
+  constexpr Picks kFirst{first(0), first(1), first(2), first(3)},
+      kLast{last(0), last(1), last(2), last(3)};
+#endif
+  return __builtin_shuffle(__builtin_shuffle(interleaved[0], interleaved[1], kFirst),
+                           interleaved[2], kLast);
+}
+
 void locate(std::span<const double> coordinates, const LeafLattice& lattice, LeafPlaces& places) {
-  constexpr std::size_t kAtOnce = 12;
-  const auto [x, y, z] = lattice.origin;
-  const auto [a, b, c] = LeafPlaces::kStep;
-  const RowPick step[3]{{a, b, c, a}, {b, c, a, b}, {c, a, b, c}};
-  const Four origin[3]{{x, y, z, x}, {y, z, x, y}, {z, x, y, z}};
-  const double scale = lattice.nodes_per_mm;
-  constexpr double kFar = kFarthestNode;
-  const Four nodes_per_mm{scale, scale, scale, scale}, far{kFar, kFar, kFar, kFar};
+  constexpr std::size_t kAtOnce = 3 * kDoubles;
+  const Doubles far = same(kFarthestNode), nodes_per_mm = same(lattice.nodes_per_mm);
   for (std::size_t n = 0; n < coordinates.size(); n += kAtOnce) {
     const double* points = coordinates.data() + n;
     double rest[kAtOnce]{};
@@ -44,18 +81,22 @@ void locate(std::span<const double> coordinates, const LeafLattice& lattice, Lea
       std::copy(points, points + (coordinates.size() - n), rest);
       points = rest;
     }
-    for (std::size_t part = 0; part < 3; ++part) {
-      Four index = (load<Four>(points + 4 * part) - origin[part]) * nodes_per_mm;
+    const Doubles interleaved[3]{load<Doubles>(points), load<Doubles>(points + kDoubles),
+                                 load<Doubles>(points + 2 * kDoubles)};
+    const Doubles apart[3]{along<0>(interleaved), along<1>(interleaved), along<2>(interleaved)};
+    Ints leaf{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      Doubles index = (apart[axis] - same(lattice.origin[axis])) * nodes_per_mm;
       index = index < far ? index : far;  // nor is "not a number" smaller
       index = index > -far ? index : -far;
-      const Four before = floor(index);
-      const RowPick first = __builtin_convertvector(before, RowPick) - 1;
-      const std::size_t at = n + 4 * part;
-      put(places.block, at, first >> 5);
-      put(places.leaf, at, (first >> 3 & 3) * step[part]);
-      put(places.node, at, first & 7);
-      put(places.fraction, at, __builtin_convertvector(index - before, Row));
+      const Doubles before = rounded_down(index);
+      const Ints first = __builtin_convertvector(before, Ints) - 1;
+      put(first >> 5, &places.block[axis][n / 3]);
+      put(first & 7, &places.node[axis][n / 3]);
+      put(__builtin_convertvector(index - before, Floats), &places.fraction[axis][n / 3]);
+      leaf += (first >> 3 & 3) * LeafPlaces::kStep[axis];
     }
+    put(leaf, &places.leaf[n / 3]);
   }
 }
 
@@ -101,9 +142,7 @@ inline void find_rows(const LeafPlaces& places, std::size_t n, Rows& rows) {
       {}, {}, {}, {}, {}, {0, 0, 0, -1}, {0, 0, -1, -1}, {0, -1, -1, -1}};
   const auto [step_i, step_j, step_k] = LeafPlaces::kStep;
   const float* const* leaves = places.leaves[n];
-  const auto node = [&](std::size_t axis) {
-    return static_cast<unsigned>(places.node[3 * n + axis]);
-  };
+  const auto node = [&](std::size_t axis) { return static_cast<unsigned>(places.node[axis][n]); };
   const unsigned i = node(0), j = node(1), k = kBefore == 4 ? node(2) : 4;
   const Addresses is_next = load<Addresses>(kIsNext[j]);
   const auto find = [&, step = step_j](const float* const* from) {
@@ -157,18 +196,17 @@ struct Range {
 template <int kBefore>
 inline void sample_one(const LeafPlaces& places, std::size_t n, const Rows& table,
                        const Range& range, std::array<double, 4>& sample) {
-  const RowReader rows(table, static_cast<unsigned>(places.node[3 * n]));
-  const float* fraction = &places.fraction[3 * n];
+  const RowReader rows(table, static_cast<unsigned>(places.node[0][n]));
   const auto two = [&](int i, int j, int other_i, int other_j) {
     return two_rows<kBefore>(rows, i, j, other_i, other_j);
   };
   const Wide inner[4]{two(0, 1, 0, 2), two(1, 1, 1, 2), two(2, 1, 2, 2), two(3, 1, 3, 2)};
   const Wide outer[2]{two(1, 0, 1, 3), two(2, 0, 2, 3)};
 
-  const Wide x = wide(fraction[0]);
+  const Wide x = wide(places.fraction[0][n]);
   const Wide middle = mix(x, inner[1], inner[2]), beside = mix(x, outer[0], outer[1]);
   const Wide along_x = mix(x, inner[2] - inner[0], inner[3] - inner[1]);
-  const Row y = row(fraction[1]), z = row(fraction[2]);
+  const Row y = row(places.fraction[1][n]), z = row(places.fraction[2][n]);
   const Row value = mix(y, low(middle), high(middle));
   const Row dx = mix(y, low(along_x), high(along_x));
   const Row dy = mix(y, high(middle) - low(beside), high(beside) - low(middle));
@@ -206,10 +244,15 @@ inline void sample_one(const LeafPlaces& places, std::size_t n, const Rows& tabl
 /// wrongly; and all are found and fetched before any is read.
 void sample(const LeafPlaces& places, const LeafRange& given,
             std::span<std::array<double, 4>> samples) {
+  unsigned first = 0;
+#ifdef __AVX512F__
+  for (; first + 16 <= samples.size(); first += 16)
+    sample_sixteen(places, first, given, samples.data() + first);
+#endif
   std::array<std::array<unsigned, kPlaces>, 4> of_kind;
   std::array<std::size_t, 4> count{};
-  for (unsigned n = 0; n < samples.size(); ++n) {
-    const auto kind = static_cast<std::size_t>(std::max(places.node[3 * n + 2] - 4, 0));
+  for (unsigned n = first; n < samples.size(); ++n) {
+    const auto kind = static_cast<std::size_t>(std::max(places.node[2][n] - 4, 0));
     of_kind[kind][count[kind]++] = n;
   }
   Rows rows[kPlaces];

@@ -239,9 +239,9 @@ Layout make_layout(const Sheet& sheet) {
   auto distances = sort_by_task(sheet.distances, layout.number, block, tasks);
   auto bendings = sort_by_task(sheet.bendings, layout.number, block, tasks);
   auto triangles = sort_by_task(sheet.triangles, layout.number, block, tasks);
-  layout.distances.reserve(distances.constraint.size() / 3);
-  layout.bendings.reserve(bendings.constraint.size() / 3);
-  layout.triangles.reserve(triangles.constraint.size() / 3);
+  layout.distances.reserve(distances.constraint.size() / kLanes * 17 / 16 + tasks);
+  layout.bendings.reserve(bendings.constraint.size() / kLanes * 17 / 16 + tasks);
+  layout.triangles.reserve(triangles.constraint.size() / kLanes * 17 / 16 + tasks);
   Colouring colouring(sheet.positions.size());
   const auto members = [&](const auto& constraint) {
     auto indices = vertices(constraint);
@@ -269,7 +269,8 @@ Layout make_layout(const Sheet& sheet) {
          [&](DistanceBatch& batch, std::size_t lane, const DistanceConstraint& d) {
            batch.rest[lane] = d.rest_length;
            batch.compliance[lane] = 1 / d.stiffness;
-           std::tie(batch.i[lane], batch.j[lane]) = std::tuple_cat(members(d));
+           const std::array<int, 2> v = members(d);
+           for (std::size_t k = 0; k < 2; ++k) batch.vertex[k][lane] = v[k];
          });
     fill(sheet.bendings, bendings, t, layout.bendings,
          [&](BendingBatch& batch, std::size_t lane, const BendingConstraint& b) {
@@ -294,6 +295,54 @@ Layout make_layout(const Sheet& sheet) {
     (t % 2 == 0 ? layout.within : layout.between).push_back(task);
   }
   return layout;
+}
+
+BatchesOf<float> in_single_precision(const Layout& layout) {
+  static_assert(kLanesOf<float> == 2 * kLanes);
+  std::vector<std::size_t> mark(layout.number.size(), 0);
+  std::size_t marks = 0;
+  const auto share_a_vertex = [&](const auto& a, const auto& b) {
+    ++marks;
+    for (const Indices& corner : a.vertex)
+      for (int v : corner) mark[at(v)] = marks;
+    for (const Indices& corner : b.vertex)
+      for (int v : corner)
+        if (mark[at(v)] == marks) return true;
+    return false;
+  };
+  const auto convert = [&](const auto& from, auto& to) {
+    for (std::size_t n = 0; n < from.size(); ++n) {
+      const auto& first = from[n];
+      const bool is_joined = n + 1 < from.size() && !share_a_vertex(first, from[n + 1]);
+      const auto& second = is_joined ? from[++n] : first;
+      auto& made = to.emplace_back();
+      for (std::size_t lane = 0; lane < 2 * kLanes; ++lane) {
+        const auto& source = lane < kLanes ? first : second;
+        const std::size_t there = lane < kLanes || is_joined ? lane % kLanes : 0;
+        made.rest[lane] = static_cast<float>(source.rest[there]);
+        made.compliance[lane] = static_cast<float>(source.compliance[there]);
+        made.force[lane] = 0;
+        for (std::size_t k = 0; k < made.vertex.size(); ++k)
+          made.vertex[k][lane] = source.vertex[k][there];
+      }
+    }
+  };
+  BatchesOf<float> single;
+  single.distances.reserve(layout.distances.size() * 17 / 32);
+  single.bendings.reserve(layout.bendings.size() * 17 / 32);
+  const auto convert_phase = [&](const std::vector<Task>& from, std::vector<Task>& to) {
+    for (const Task& task : from) {
+      Task made{single.distances.size(), 0, single.bendings.size(), 0, 0, 0};
+      convert(layout.distances_of(task), single.distances);
+      convert(layout.bendings_of(task), single.bendings);
+      made.last_distance = single.distances.size();
+      made.last_bending = single.bendings.size();
+      to.push_back(made);
+    }
+  };
+  convert_phase(layout.within, single.within);
+  convert_phase(layout.between, single.between);
+  return single;
 }
 
 }  // namespace vstent::xpbd

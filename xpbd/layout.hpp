@@ -17,32 +17,38 @@ struct Task {
   std::size_t first_triangle = 0, last_triangle = 0;
 };
 
-/// Vertices are numbered by breadth-first levels, which every constraint spans by at most one, and
-/// cut into blocks of two levels or more. Constraints within a block make one task, those between a
-/// block and the next another: no two tasks of the same phase share a vertex, so that a phase's
-/// tasks run side by side and give the same bits in any order.
-struct Layout {
-  std::vector<int> original;  ///< vertex number in the sheet, by number here
-  std::vector<int> number;    ///< the inverse
-  std::vector<DistanceBatch> distances;
-  std::vector<BendingBatch> bendings;
-  std::vector<TriangleBatch> triangles;
+/// No two tasks of a phase share a vertex, so that they run side by side and give the same bits in
+/// any order.
+template <class Real>
+struct BatchesOf {
+  std::vector<DistanceBatchOf<Real>> distances;
+  std::vector<BendingBatchOf<Real>> bendings;
   std::vector<Task> within, between;  ///< the two phases
 
-  std::span<const DistanceBatch> distances_of(const Task& t) const {
+  std::span<DistanceBatchOf<Real>> distances_of(const Task& t) {
     return std::span(distances).subspan(t.first_distance, t.last_distance - t.first_distance);
   }
-  std::span<const BendingBatch> bendings_of(const Task& t) const {
+  std::span<const DistanceBatchOf<Real>> distances_of(const Task& t) const {
+    return std::span(distances).subspan(t.first_distance, t.last_distance - t.first_distance);
+  }
+  std::span<BendingBatchOf<Real>> bendings_of(const Task& t) {
     return std::span(bendings).subspan(t.first_bending, t.last_bending - t.first_bending);
   }
+  std::span<const BendingBatchOf<Real>> bendings_of(const Task& t) const {
+    return std::span(bendings).subspan(t.first_bending, t.last_bending - t.first_bending);
+  }
+};
+
+/// Vertices are numbered by breadth-first levels, which every constraint spans by at most one, and
+/// cut into blocks of two levels or more. Constraints within a block make one task, those between a
+/// block and the next another.
+struct Layout : BatchesOf<double> {
+  std::vector<int> original;  ///< vertex number in the sheet, by number here
+  std::vector<int> number;    ///< the inverse
+  std::vector<TriangleBatch> triangles;
+
   std::span<const TriangleBatch> triangles_of(const Task& t) const {
     return std::span(triangles).subspan(t.first_triangle, t.last_triangle - t.first_triangle);
-  }
-  std::span<DistanceBatch> distances_of(const Task& t) {
-    return std::span(distances).subspan(t.first_distance, t.last_distance - t.first_distance);
-  }
-  std::span<BendingBatch> bendings_of(const Task& t) {
-    return std::span(bendings).subspan(t.first_bending, t.last_bending - t.first_bending);
   }
   std::span<TriangleBatch> triangles_of(const Task& t) {
     return std::span(triangles).subspan(t.first_triangle, t.last_triangle - t.first_triangle);
@@ -51,13 +57,19 @@ struct Layout {
 
 Layout make_layout(const Sheet& sheet);
 
+/// The same projections but for triangles, in the same order, multipliers zero; neighbouring
+/// batches that share no vertex become one.
+BatchesOf<float> in_single_precision(const Layout& layout);
+
 /// visit(i, j, rest length, stiffness) for every distance; i and j count particles.
 template <class Visit>
 void for_each_distance(const Layout& layout, const Visit& visit) {
   for (const DistanceBatch& batch : layout.distances)
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      if (lane > 0 && batch.i[lane] == batch.i[0]) break;  // copies fill a short batch
-      visit(batch.i[lane], batch.j[lane], batch.rest[lane], 1 / batch.compliance[lane]);
+      if (lane > 0 && batch.vertex[0][lane] == batch.vertex[0][0])
+        break;  // copies fill a short batch
+      visit(batch.vertex[0][lane], batch.vertex[1][lane], batch.rest[lane],
+            1 / batch.compliance[lane]);
     }
 }
 

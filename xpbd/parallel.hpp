@@ -18,12 +18,16 @@ inline std::size_t chunks_of(std::size_t count) { return (count + kChunk - 1) / 
 
 inline std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
-inline Vec3 place(const Slot& s) { return {s.x, s.y, s.z}; }
+template <class Real>
+Vec3 place(const SlotOf<Real>& s) {
+  return {static_cast<double>(s.x), static_cast<double>(s.y), static_cast<double>(s.z)};
+}
 
-inline void put(Slot& s, const Vec3& place) {
-  s.x = place.x();
-  s.y = place.y();
-  s.z = place.z();
+template <class Real>
+void put(SlotOf<Real>& s, const Vec3& place) {
+  s.x = static_cast<Real>(place.x());
+  s.y = static_cast<Real>(place.y());
+  s.z = static_cast<Real>(place.z());
 }
 
 template <class Run>

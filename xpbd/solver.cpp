@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <optional>
+#include <stdexcept>
+#include <type_traits>
 #include <utility>
 
 #include "xpbd/elastic_sheet.hpp"
@@ -35,6 +38,25 @@ struct ClosableSpan {
   std::int64_t key;
 };
 
+/// What a step's sweeps run over.
+template <class Real>
+struct Stage {
+  BatchesOf<Real>& batches;
+  std::vector<SlotOf<Real>>&particles, &forces;
+  const StepKernels<Real>& kernel;
+};
+
+struct Single {
+  BatchesOf<float> batches;
+  std::vector<SlotOf<float>> particles, forces;
+};
+
+template <class Real>
+void forget_multipliers(BatchesOf<Real>& batches) {
+  for (auto& batch : batches.distances) batch.force.fill(0);
+  for (auto& batch : batches.bendings) batch.force.fill(0);
+}
+
 }  // namespace
 
 struct Solver::Implementation {
@@ -52,6 +74,8 @@ struct Solver::Implementation {
   std::vector<Vec3> positions;   // in the sheet's order
   std::vector<Vec3> velocities;  // in the sheet's order
   std::vector<Slot> forces;      // scratch
+  std::optional<Single> single;  // of steps in single precision
+  Precision precision = Precision::kDouble;
   Grouped<ClosableContact> contacts;
   std::vector<ClosableSpan> spans;
   std::optional<SelfCollision> collision;
@@ -110,16 +134,18 @@ struct Solver::Implementation {
     spans = std::move(taken);
   }
 
-  Vec3 point(const ClosableSpan& c) const {
-    return c.weights[0] * place(particles[c.particles[0]]) +
-           c.weights[1] * place(particles[c.particles[1]]) +
-           c.weights[2] * place(particles[c.particles[2]]);
+  template <class Real>
+  static Vec3 point(const ClosableSpan& c, const std::vector<SlotOf<Real>>& slots) {
+    return c.weights[0] * place(slots[c.particles[0]]) +
+           c.weights[1] * place(slots[c.particles[1]]) +
+           c.weights[2] * place(slots[c.particles[2]]);
   }
 
-  void add_span_forces(std::vector<Slot>& to) const {
+  template <class Real>
+  void add_span_forces(std::vector<SlotOf<Real>>& to) const {
     for (const ClosableSpan& c : spans) {
       for (std::size_t i = 0; i < 3; ++i) {
-        Slot& slot = to[c.particles[i]];
+        SlotOf<Real>& slot = to[c.particles[i]];
         put(slot, place(slot) + c.weights[i] * c.force * c.normal);
       }
     }
@@ -128,8 +154,9 @@ struct Solver::Implementation {
   /// One pass over the spans, one after the other: they share particles. `yielding(k, push)` is how
   /// far particle k gives way to a push, which sets the force; the places themselves are corrected
   /// along the normal, where `mobile(k)`. `moved(k, by)` hears of it.
-  template <class Yielding, class Mobile, class Moved>
-  void project_spans(const Yielding& yielding, const Mobile& mobile, const Moved& moved) {
+  template <class Real, class Yielding, class Mobile, class Moved>
+  void project_spans(std::vector<SlotOf<Real>>& slots, const Yielding& yielding,
+                     const Mobile& mobile, const Moved& moved) {
     for (ClosableSpan& c : spans) {
       double squares = 0;
       for (std::size_t i = 0; i < 3; ++i)
@@ -139,13 +166,13 @@ struct Solver::Implementation {
       for (std::size_t i = 0; i < 3; ++i)
         if (c.weights[i] > 0 && mobile(c.particles[i]))
           give += c.weights[i] * c.weights[i] * c.normal.dot(yielding(c.particles[i], c.normal));
-      const double change = std::max(-c.force, -(c.normal.dot(point(c)) - c.offset) / give);
+      const double change = std::max(-c.force, -(c.normal.dot(point(c, slots)) - c.offset) / give);
       c.force += change;
       for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t k = c.particles[i];
         if (c.weights[i] == 0 || !mobile(k)) continue;
         const Vec3 by = change * give / squares * c.weights[i] * c.normal;
-        put(particles[k], place(particles[k]) + by);
+        put(slots[k], place(slots[k]) + by);
         moved(k, by);
       }
     }
@@ -154,8 +181,8 @@ struct Solver::Implementation {
   void forget_multipliers() {
     if (collision) collision->forget();
     for (ClosableSpan& c : spans) c.force = 0;
-    for (DistanceBatch& batch : layout.distances) batch.force.fill(0);
-    for (BendingBatch& batch : layout.bendings) batch.force.fill(0);
+    xpbd::forget_multipliers(layout);
+    if (single) xpbd::forget_multipliers(single->batches);
     for (TriangleBatch& batch : layout.triangles) batch.force.fill(0);
     for (Attachment& a : attachments.items) a.force = 0;
     std::fill(reaction.begin(), reaction.end(), 0.0);
@@ -167,35 +194,53 @@ struct Solver::Implementation {
     steps_since_rest = 0;
   }
 
-  /// The kept multipliers' forces along the present gradients, into `forces`.
-  void turn_kept_forces() {
+  Stage<double> in_double() { return {layout, particles, forces, kernel.step}; }
+  Stage<float> in_single() {
+    if (!single)
+      single = Single{in_single_precision(layout), std::vector<SlotOf<float>>(particles.size()),
+                      std::vector<SlotOf<float>>(particles.size())};
+    return {single->batches, single->particles, single->forces, kernel.step_in_single};
+  }
+
+  /// The kept multipliers' forces along the present gradients, into the stage's forces.
+  template <class Real>
+  void turn_kept_forces(const Stage<Real>& stage) {
     for_each_particle(forces.size(), [&](std::size_t k, std::size_t) {
       Vec3 force = Vec3::Zero();
       for (const Attachment& a : attachments.of(k)) {
         const Vec3 offset = place(particles[k]) - a.target;
         if (const double length = offset.norm(); length > 0) force += a.force / length * offset;
       }
-      forces[k] = {force.x(), force.y(), force.z(), 0};
+      stage.forces[k] = {};
+      put(stage.forces[k], force);
+      put(stage.particles[k], place(particles[k]));
     });
-    for (const auto* phase : {&layout.within, &layout.between})
-      side_by_side(phase->size(), [&](std::size_t k) {
-        const Task& task = (*phase)[k];
-        kernel.kept_distance_forces(layout.distances_of(task), particles.data(), forces.data());
-        kernel.kept_bending_forces(layout.bendings_of(task), particles.data(), forces.data());
-        kernel.kept_triangle_forces(layout.triangles_of(task), particles.data(), forces.data());
+    for (const auto* phase : {&stage.batches.within, &stage.batches.between})
+      side_by_side(phase->size(), [&](std::size_t n) {
+        const BatchesOf<Real>& batches = stage.batches;
+        const Task& task = (*phase)[n];
+        const SlotOf<Real>* slots = stage.particles.data();
+        stage.kernel.kept_distance_forces(batches.distances_of(task), slots, stage.forces.data());
+        stage.kernel.kept_bending_forces(batches.bendings_of(task), slots, stage.forces.data());
+        if constexpr (std::is_same_v<Real, double>)
+          kernel.kept_triangle_forces(layout.triangles_of(task), slots, stage.forces.data());
       });
-    add_span_forces(forces);
-    if (collision) collision->add_kept_forces(particles, forces);
+    add_span_forces(stage.forces);
+    if constexpr (std::is_same_v<Real, double>)
+      if (collision) collision->add_kept_forces(particles, forces);
   }
 
   /// Moves particle k by inertia, loads and kept multipliers; true where the velocity limit held it
   /// back.
-  bool predict(std::size_t k, double retained, const StepOptions& options) {
-    Slot& particle = particles[k];
+  template <class Real>
+  bool predict(std::size_t k, double retained, const StepOptions& options,
+               const Stage<Real>& stage) {
+    SlotOf<Real>& particle = stage.particles[k];
     const double dt = options.time_step;
     const double mobility = dt * dt * inverse_mass[k];
-    particle.mobility = mobility;
-    before[k] = place(particle);
+    before[k] = place(particles[k]);
+    particle.mobility = static_cast<Real>(mobility);
+    put(particle, before[k]);
     drift[k].setZero();
     if (!(mobility > 0)) return false;
     bool clamped = false;
@@ -206,7 +251,7 @@ struct Solver::Implementation {
       clamped = true;
     }
     Vec3 pushed = Vec3::Zero();
-    if (options.keep_multipliers) pushed = mobility * place(forces[k]);
+    if (options.keep_multipliers) pushed = mobility * place(stage.forces[k]);
     if (!elastic.load.empty()) pushed += mobility * elastic.load[k];
     for (ClosableContact& c : contacts.of(k)) {
       c.force = std::exchange(reaction[k], 0.0);
@@ -221,32 +266,39 @@ struct Solver::Implementation {
     return clamped;
   }
 
-  void sweep_batches() {
+  template <class Real>
+  void sweep_batches(const Stage<Real>& stage) {
     const auto run = [&](const std::vector<Task>& phase) {
-      side_by_side(phase.size(), [&](std::size_t k) {
-        const Task& task = phase[k];
-        Slot* const slots = particles.data();
+      side_by_side(phase.size(), [&](std::size_t n) {
+        const Task& task = phase[n];
+        SlotOf<Real>* slots = stage.particles.data();
+        const auto project_triangles = [&] {
+          if constexpr (std::is_same_v<Real, double>)
+            kernel.project_triangles(layout.triangles_of(task), slots, backward);
+        };
+        const auto distances = stage.batches.distances_of(task);
+        const auto bendings = stage.batches.bendings_of(task);
         if (!backward) {
-          kernel.project_distances(layout.distances_of(task), slots, false);
-          kernel.project_triangles(layout.triangles_of(task), slots, false);
+          stage.kernel.project_distances(distances, slots, false);
+          project_triangles();
         }
-        kernel.project_bendings(layout.bendings_of(task), slots, backward);
+        stage.kernel.project_bendings(bendings, slots, backward);
         if (backward) {
-          kernel.project_triangles(layout.triangles_of(task), slots, true);
-          kernel.project_distances(layout.distances_of(task), slots, true);
+          project_triangles();
+          stage.kernel.project_distances(distances, slots, true);
         }
       });
     };
-    run(backward ? layout.between : layout.within);
-    run(backward ? layout.within : layout.between);
+    run(backward ? stage.batches.between : stage.batches.within);
+    run(backward ? stage.batches.within : stage.batches.between);
     backward = !backward;
   }
 
   /// Attachments and contacts of one particle; contacts last, so that nothing penetrates, unless
   /// the particle might meet another wall: true then.
-  bool project_particle(std::size_t k) {
-    Slot& particle = particles[k];
-    const double mobility = particle.mobility;
+  template <class Real>
+  bool project_particle(std::size_t k, SlotOf<Real>& particle) {
+    const auto mobility = static_cast<double>(particle.mobility);
     if (!(mobility > 0)) return false;
     Vec3 x = place(particle);
     for (Attachment& a : attachments.of(k)) {
@@ -275,14 +327,14 @@ struct Solver::Implementation {
     int kept_apart = 0;
   };
 
-  void finish(std::size_t k, double dt, Finish& sums) {
-    const Slot& particle = particles[k];
+  template <class Real>
+  void finish(std::size_t k, double dt, const SlotOf<Real>& particle, Finish& sums) {
     const std::size_t vertex = at(layout.original[k]);
     const Vec3 x = place(particle);
     const Vec3 move = x - before[k];
     Vec3 velocity = move / dt;
     if (particle.mobility > 0) {
-      sums.power += move.dot(move - drift[k]) / particle.mobility;
+      sums.power += move.dot(move - drift[k]) / static_cast<double>(particle.mobility);
       for (const ClosableContact& c : contacts.of(k)) {
         if (!(c.force > 0)) continue;
         reaction[k] += c.force;
@@ -291,6 +343,7 @@ struct Solver::Implementation {
       }
     }
     sums.largest_move = std::max(sums.largest_move, move.norm());
+    put(particles[k], x);
     velocities[vertex] = velocity;
     positions[vertex] = x + origin;
   }
@@ -298,32 +351,48 @@ struct Solver::Implementation {
   StepReport step(std::span<const Contact> new_contacts, const StepOptions& options,
                   std::span<const SpanContact> new_spans) {
     assert(options.time_step > 0 && options.iterations > 0);
+    if (options.precision == Precision::kSingle && (!layout.triangles.empty() || collision))
+      throw std::invalid_argument(
+          "elastic triangles and self-collision are swept in double precision only");
     group_contacts(new_contacts, contacts);
     take_spans(new_spans);
     if (std::exchange(relaxing, false)) rest();
     look_around();
-    if (!options.keep_multipliers) forget_multipliers();
-    if (options.keep_multipliers) turn_kept_forces();
+    const bool is_new_precision = std::exchange(precision, options.precision) != options.precision;
+    if (!options.keep_multipliers || is_new_precision) forget_multipliers();
+    return options.precision == Precision::kSingle ? step(options, in_single())
+                                                   : step(options, in_double());
+  }
 
+  template <class Real>
+  StepReport step(const StepOptions& options, const Stage<Real>& stage) {
+    if (options.keep_multipliers) turn_kept_forces(stage);
     const double retained =
         options.adaptive_damping ? steps_since_rest / (steps_since_rest + 3) : 1 - options.damping;
     std::vector<int> clamped(chunks(), 0);
     for_each_particle(particles.size(), [&](std::size_t k, std::size_t chunk) {
-      clamped[chunk] += predict(k, retained, options);
+      clamped[chunk] += predict(k, retained, options, stage);
     });
     std::vector<Finish> sums(chunks());
     for (int sweep = 1; sweep <= options.iterations; ++sweep) {
-      sweep_batches();
+      sweep_batches(stage);
       project_spans(
-          [&](std::size_t k, const Vec3& push) { return Vec3(particles[k].mobility * push); },
-          [&](std::size_t k) { return particles[k].mobility > 0; },
+          stage.particles,
+          [&](std::size_t k, const Vec3& push) {
+            return Vec3(static_cast<double>(stage.particles[k].mobility) * push);
+          },
+          [&](std::size_t k) { return stage.particles[k].mobility > 0; },
           [](std::size_t, const Vec3&) {});
-      if (collision) collision->project(particles);
+      if constexpr (std::is_same_v<Real, double>)
+        if (collision) collision->project(particles);
+      const bool is_last = sweep == options.iterations;
+      if (!is_last && !collision && attachments.items.empty() && contacts.items.empty()) continue;
       for_each_particle(particles.size(), [&](std::size_t k, std::size_t chunk) {
-        const bool kept = project_particle(k);
-        if (sweep < options.iterations) return;
+        SlotOf<Real>& particle = stage.particles[k];
+        const bool kept = project_particle(k, particle);
+        if (!is_last) return;
         sums[chunk].kept_apart += kept;
-        finish(k, options.time_step, sums[chunk]);
+        finish(k, options.time_step, particle, sums[chunk]);
       });
     }
 
@@ -422,6 +491,7 @@ struct Solver::Implementation {
       if (inverse_mass[k] > 0) relax_particle(k, residual, options, sums[chunk]);
     });
     project_spans(
+        particles,
         [&](std::size_t k, const Vec3& push) { return Vec3(options.step * (softness[k] * push)); },
         [&](std::size_t k) { return inverse_mass[k] > 0; },
         [&](std::size_t k, Vec3 by) {

@@ -9,6 +9,8 @@
 
 namespace vstent::xpbd {
 
+enum class Precision { kDouble, kSingle };
+
 struct StepOptions {
   /// s; numerical only, like the masses: the settled shape does not depend on it.
   double time_step = 1.0;
@@ -25,6 +27,11 @@ struct StepOptions {
   bool adaptive_damping = false;
   /// Start from the last step's multipliers: no iteration-count bias at rest.
   bool keep_multipliers = true;
+  /// Of the sweeps: single takes two thirds of the time and moves a particle by about 1e-7 of its
+  /// distance from the sheet's middle, and multipliers by as much of their size. Where it changes
+  /// from one step to the next, multipliers start from zero. Elastic triangles are swept in double
+  /// only: \throws std::invalid_argument for a sheet that has some.
+  Precision precision = Precision::kDouble;
 };
 
 struct StepReport {

@@ -1,0 +1,267 @@
+// Particles gathered into wide registers and put back. Everything here has internal linkage.
+#pragma once
+
+#include "xpbd/wide.hpp"
+
+namespace vstent::xpbd {
+namespace {
+
+/// Particles, transposed.
+template <class Real>
+struct Gathered {
+  Wide3<Real> at;
+  Wide<Real> mobility;
+  alignas(64) std::array<unsigned, kLanesOf<Real>> offset;  ///< bytes, of their slots
+};
+
+/// Of the particles of one register: x, y, z, mobility.
+template <class Real>
+struct Columns {
+  typename Register<Real>::Type of[4];
+};
+
+#ifdef __AVX512F__
+template <int kChunks>
+inline Doubles chunks(Doubles a, Doubles b) {
+  return (Doubles)_mm512_shuffle_f64x2((__m512d)a, (__m512d)b, kChunks);
+}
+inline Doubles interleave_low(Doubles a, Doubles b) {
+  return (Doubles)_mm512_unpacklo_pd((__m512d)a, (__m512d)b);
+}
+inline Doubles interleave_high(Doubles a, Doubles b) {
+  return (Doubles)_mm512_unpackhi_pd((__m512d)a, (__m512d)b);
+}
+
+[[gnu::always_inline]] inline void gather_part(const char* slots, const unsigned* offset,
+                                               Columns<double>& columns) {
+  const auto rows = [&](int lane) {  // of this one and the next but one
+    const auto row = [&](int at) {
+      return _mm256_load_pd(reinterpret_cast<const double*>(slots + offset[at]));
+    };
+    return (Doubles)_mm512_insertf64x4(_mm512_castpd256_pd512(row(lane)), row(lane + 2), 1);
+  };
+  const Doubles a = rows(0), b = rows(1), c = rows(4), d = rows(5);
+  const Doubles xz = interleave_low(a, b), xz_after = interleave_low(c, d);
+  const Doubles ym = interleave_high(a, b), ym_after = interleave_high(c, d);
+  columns = {{chunks<0x88>(xz, xz_after), chunks<0x88>(ym, ym_after), chunks<0xDD>(xz, xz_after),
+              chunks<0xDD>(ym, ym_after)}};
+}
+
+[[gnu::always_inline]] inline void scatter_part(char* slots, const unsigned* offset,
+                                                const Columns<double>& columns) {
+  const auto [x, y, z, m] = columns.of;
+  // Even and odd lanes' halves: lanes 0, 2, 4, 6, and 1, 3, 5, 7.
+  const Doubles xy_even = interleave_low(x, y), xy_odd = interleave_high(x, y);
+  const Doubles zm_even = interleave_low(z, m), zm_odd = interleave_high(z, m);
+  const auto put = [&](int lane, Doubles xy, Doubles zm) {
+    const __m512i first = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11);
+    const __m512i last = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
+    const __m512d near = _mm512_permutex2var_pd((__m512d)xy, first, (__m512d)zm);
+    const __m512d far = _mm512_permutex2var_pd((__m512d)xy, last, (__m512d)zm);
+    const auto at = [&](int n) { return reinterpret_cast<double*>(slots + offset[n]); };
+    _mm256_store_pd(at(lane), _mm512_castpd512_pd256(near));
+    _mm256_store_pd(at(lane + 2), _mm512_extractf64x4_pd(near, 1));
+    _mm256_store_pd(at(lane + 4), _mm512_castpd512_pd256(far));
+    _mm256_store_pd(at(lane + 6), _mm512_extractf64x4_pd(far, 1));
+  };
+  put(0, xy_even, zm_even);
+  put(1, xy_odd, zm_odd);
+}
+
+/// A square of four rows and columns in every quarter.
+inline void transpose(Floats (&rows)[4]) {
+  const auto low = [](Floats a, Floats b) {
+    return (Floats)_mm512_unpacklo_ps((__m512)a, (__m512)b);
+  };
+  const auto high = [](Floats a, Floats b) {
+    return (Floats)_mm512_unpackhi_ps((__m512)a, (__m512)b);
+  };
+  const Floats a = low(rows[0], rows[2]), b = low(rows[1], rows[3]), c = high(rows[0], rows[2]),
+               d = high(rows[1], rows[3]);
+  rows[0] = low(a, b), rows[1] = high(a, b), rows[2] = low(c, d), rows[3] = high(c, d);
+}
+
+[[gnu::always_inline]] inline void gather_part(const char* slots, const unsigned* offset,
+                                               Columns<float>& columns) {
+  const auto row = [&](int lane) {
+    return _mm_load_ps(reinterpret_cast<const float*>(slots + offset[lane]));
+  };
+  const auto rows = [&](int lane) {
+    __m512 all = _mm512_castps128_ps512(row(lane));
+    all = _mm512_insertf32x4(all, row(lane + 4), 1);
+    all = _mm512_insertf32x4(all, row(lane + 8), 2);
+    return (Floats)_mm512_insertf32x4(all, row(lane + 12), 3);
+  };
+  columns = {{rows(0), rows(1), rows(2), rows(3)}};
+  transpose(columns.of);
+}
+
+[[gnu::always_inline]] inline void scatter_part(char* slots, const unsigned* offset,
+                                                Columns<float> columns) {
+  transpose(columns.of);
+  const auto put = [&](int lane, __m128 row) {
+    _mm_store_ps(reinterpret_cast<float*>(slots + offset[lane]), row);
+  };
+  for (int n = 0; n < 4; ++n) {
+    const __m512 rows = (__m512)columns.of[n];
+    put(n, _mm512_castps512_ps128(rows));
+    put(n + 4, _mm512_extractf32x4_ps(rows, 1));
+    put(n + 8, _mm512_extractf32x4_ps(rows, 2));
+    put(n + 12, _mm512_extractf32x4_ps(rows, 3));
+  }
+}
+#elif defined(__AVX2__)
+typedef double TwoDoubles __attribute__((vector_size(16), may_alias));
+typedef float FourFloats __attribute__((vector_size(16), may_alias));
+inline Doubles join(TwoDoubles a, TwoDoubles b) {
+  return (Doubles)_mm256_set_m128d((__m128d)b, (__m128d)a);
+}
+inline Floats join(FourFloats a, FourFloats b) {
+  return (Floats)_mm256_set_m128((__m128)b, (__m128)a);
+}
+inline TwoDoubles low(Doubles a) { return (TwoDoubles)_mm256_castpd256_pd128((__m256d)a); }
+inline TwoDoubles high(Doubles a) { return (TwoDoubles)_mm256_extractf128_pd((__m256d)a, 1); }
+inline FourFloats low(Floats a) { return (FourFloats)_mm256_castps256_ps128((__m256)a); }
+inline FourFloats high(Floats a) { return (FourFloats)_mm256_extractf128_ps((__m256)a, 1); }
+
+[[gnu::always_inline]] inline void gather_part(const char* slots, const unsigned* offset,
+                                               Columns<double>& columns) {
+  typedef Register<double>::Bits Pick;
+  const auto half = [&](int lane, int which) {
+    return reinterpret_cast<const TwoDoubles*>(slots + offset[lane])[which];
+  };
+  const Doubles xy02 = join(half(0, 0), half(2, 0)), xy13 = join(half(1, 0), half(3, 0));
+  const Doubles zm02 = join(half(0, 1), half(2, 1)), zm13 = join(half(1, 1), half(3, 1));
+  constexpr Pick kEven{0, 4, 2, 6}, kOdd{1, 5, 3, 7};
+  columns = {{__builtin_shuffle(xy02, xy13, kEven), __builtin_shuffle(xy02, xy13, kOdd),
+              __builtin_shuffle(zm02, zm13, kEven), __builtin_shuffle(zm02, zm13, kOdd)}};
+}
+
+[[gnu::always_inline]] inline void scatter_part(char* slots, const unsigned* offset,
+                                                const Columns<double>& columns) {
+  typedef Register<double>::Bits Pick;
+  constexpr Pick kEven{0, 4, 2, 6}, kOdd{1, 5, 3, 7};
+  for (int which = 0; which < 2; ++which) {
+    const Doubles a = columns.of[2 * which], b = columns.of[2 * which + 1];
+    const Doubles of02 = __builtin_shuffle(a, b, kEven), of13 = __builtin_shuffle(a, b, kOdd);
+    const auto put = [&](int lane, TwoDoubles half) {
+      reinterpret_cast<TwoDoubles*>(slots + offset[lane])[which] = half;
+    };
+    put(0, low(of02)), put(1, low(of13)), put(2, high(of02)), put(3, high(of13));
+  }
+}
+
+/// A square of four rows and columns in either half.
+inline void transpose(Floats (&rows)[4]) {
+  typedef Register<float>::Bits Pick;
+  constexpr Pick kLow{0, 8, 1, 9, 4, 12, 5, 13}, kHigh{2, 10, 3, 11, 6, 14, 7, 15};
+  const Floats a = __builtin_shuffle(rows[0], rows[2], kLow),
+               b = __builtin_shuffle(rows[1], rows[3], kLow),
+               c = __builtin_shuffle(rows[0], rows[2], kHigh),
+               d = __builtin_shuffle(rows[1], rows[3], kHigh);
+  rows[0] = __builtin_shuffle(a, b, kLow), rows[1] = __builtin_shuffle(a, b, kHigh);
+  rows[2] = __builtin_shuffle(c, d, kLow), rows[3] = __builtin_shuffle(c, d, kHigh);
+}
+
+[[gnu::always_inline]] inline void gather_part(const char* slots, const unsigned* offset,
+                                               Columns<float>& columns) {
+  const auto row = [&](int lane) {
+    return *reinterpret_cast<const FourFloats*>(slots + offset[lane]);
+  };
+  columns = {
+      {join(row(0), row(4)), join(row(1), row(5)), join(row(2), row(6)), join(row(3), row(7))}};
+  transpose(columns.of);
+}
+
+[[gnu::always_inline]] inline void scatter_part(char* slots, const unsigned* offset,
+                                                Columns<float> columns) {
+  transpose(columns.of);
+  const auto put = [&](int lane, FourFloats row) {
+    *reinterpret_cast<FourFloats*>(slots + offset[lane]) = row;
+  };
+  for (int n = 0; n < 4; ++n) put(n, low(columns.of[n])), put(4 + n, high(columns.of[n]));
+}
+#else
+[[gnu::always_inline]] inline void gather_part(const char* slots, const unsigned* offset,
+                                               Columns<double>& columns) {
+  typedef Register<double>::Bits Pick;
+  const auto half = [&](int lane, int which) {
+    return reinterpret_cast<const Doubles*>(slots + offset[lane])[which];
+  };
+  for (int which = 0; which < 2; ++which) {
+    const Doubles first = half(0, which), second = half(1, which);
+    columns.of[2 * which] = __builtin_shuffle(first, second, Pick{0, 2});
+    columns.of[2 * which + 1] = __builtin_shuffle(first, second, Pick{1, 3});
+  }
+}
+
+[[gnu::always_inline]] inline void scatter_part(char* slots, const unsigned* offset,
+                                                const Columns<double>& columns) {
+  typedef Register<double>::Bits Pick;
+  for (int which = 0; which < 2; ++which) {
+    const Doubles a = columns.of[2 * which], b = columns.of[2 * which + 1];
+    reinterpret_cast<Doubles*>(slots + offset[0])[which] = __builtin_shuffle(a, b, Pick{0, 2});
+    reinterpret_cast<Doubles*>(slots + offset[1])[which] = __builtin_shuffle(a, b, Pick{1, 3});
+  }
+}
+
+inline void transpose(Floats (&rows)[4]) {
+  typedef Register<float>::Bits Pick;
+  constexpr Pick kLow{0, 4, 1, 5}, kHigh{2, 6, 3, 7};
+  const Floats a = __builtin_shuffle(rows[0], rows[2], kLow),
+               b = __builtin_shuffle(rows[1], rows[3], kLow),
+               c = __builtin_shuffle(rows[0], rows[2], kHigh),
+               d = __builtin_shuffle(rows[1], rows[3], kHigh);
+  rows[0] = __builtin_shuffle(a, b, kLow), rows[1] = __builtin_shuffle(a, b, kHigh);
+  rows[2] = __builtin_shuffle(c, d, kLow), rows[3] = __builtin_shuffle(c, d, kHigh);
+}
+
+[[gnu::always_inline]] inline void gather_part(const char* slots, const unsigned* offset,
+                                               Columns<float>& columns) {
+  for (int n = 0; n < 4; ++n) columns.of[n] = *reinterpret_cast<const Floats*>(slots + offset[n]);
+  transpose(columns.of);
+}
+
+[[gnu::always_inline]] inline void scatter_part(char* slots, const unsigned* offset,
+                                                Columns<float> columns) {
+  transpose(columns.of);
+  for (int n = 0; n < 4; ++n) *reinterpret_cast<Floats*>(slots + offset[n]) = columns.of[n];
+}
+#endif
+
+template <class Real, std::size_t kCount>
+[[gnu::always_inline]] inline void gather(const SlotOf<Real>* slots,
+                                          const std::array<int, kCount>& index,
+                                          Gathered<Real>& gathered) {
+  static_assert(kCount == kLanesOf<Real>);
+  // All at once, not one by one as they are needed.
+  typedef unsigned Numbers __attribute__((vector_size(4 * kCount)));
+  Numbers offset;
+  __builtin_memcpy(&offset, index.data(), sizeof offset);
+  offset *= static_cast<unsigned>(sizeof *slots);
+  __builtin_memcpy(gathered.offset.data(), &offset, sizeof offset);
+#pragma GCC unroll 4
+  for (int n = 0; n < kParts; ++n) {
+    Columns<Real> columns;
+    gather_part(reinterpret_cast<const char*>(slots),
+                gathered.offset.data() + n * (kCount / kParts), columns);
+    gathered.at.x.part[n] = columns.of[0];
+    gathered.at.y.part[n] = columns.of[1];
+    gathered.at.z.part[n] = columns.of[2];
+    gathered.mobility.part[n] = columns.of[3];
+  }
+}
+
+/// Moves the particles there.
+template <class Real>
+[[gnu::always_inline]] inline void scatter(SlotOf<Real>* slots, const Gathered<Real>& gathered,
+                                           const Wide3<Real>& to) {
+#pragma GCC unroll 4
+  for (int n = 0; n < kParts; ++n)
+    scatter_part(
+        reinterpret_cast<char*>(slots), gathered.offset.data() + n * (kLanesOf<Real> / kParts),
+        Columns<Real>{{to.x.part[n], to.y.part[n], to.z.part[n], gathered.mobility.part[n]}});
+}
+
+}  // namespace
+}  // namespace vstent::xpbd
