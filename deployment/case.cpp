@@ -182,6 +182,18 @@ void parse_numerics(vessels::ObjectReader& root, Case& result) {
   result.contact_distance = contact.length("distance");
   result.contact_stiffness = contact.number("stiffness_N_per_mm", 1e-9, 1e12,
                                             "a positive stiffness in N/mm (leave out: rigid)");
+  result.friction = contact.number("friction", 0, 10, "a coefficient from 0 to 10").value_or(0);
+  if (result.friction > 0) {
+    const auto refuse = [&](const std::string& what) {
+      contact.refuse("friction",
+                     "is for rigid smooth tubes that follow the vessel, not for " + what);
+    };
+    if (!result.design.empty()) refuse("struts");
+    if (result.contact_stiffness) refuse("soft contact");
+    if (result.gives_way) refuse("a stent that gives way");
+    if (result.cell == stents::Cell::closed && result.straightening.value_or(1) > 0)
+      refuse("one that straightens it");
+  }
   if (!result.design.empty() && result.contact_stiffness) {
     contact.refuse("stiffness_N_per_mm",
                    "is for smooth tubes; struts meet the wall rigidly at their own surface");
@@ -277,6 +289,7 @@ nlohmann::ordered_json to_json(const Case& c) {
   if (!c.paper_wall()) wall["membrane"] = word_for(kMembranes, c.membrane);
   if (c.contact_distance) result["contact"]["distance"] = length_text(*c.contact_distance);
   if (c.contact_stiffness) result["contact"]["stiffness_N_per_mm"] = *c.contact_stiffness;
+  if (c.friction > 0) result["contact"]["friction"] = c.friction;
   if (c.patch_margin) result["patch"]["margin"] = length_text(*c.patch_margin);
   if (c.patch_edge_length) result["patch"]["edge_length"] = length_text(*c.patch_edge_length);
   if (!c.design.empty()) result["patch"]["keep_refined"] = c.keep_refined;

@@ -63,6 +63,7 @@ struct Case {
 
   std::optional<double> contact_distance;   ///< d_c of eq. 3
   std::optional<double> contact_stiffness;  ///< N/mm per vertex; nothing: rigid
+  double friction = 0;                      ///< Coulomb's coefficient, stent on wall
   std::optional<double> patch_margin;       ///< wall that may move beyond the stent
   std::optional<double> patch_edge_length;  ///< that the stented wall is refined to, for struts
   bool keep_refined = true;                 ///< or give the result on the input's own vertices

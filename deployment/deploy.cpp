@@ -49,6 +49,14 @@ constexpr int kStalledLooks = 12;
 // k dt^2/m; with kept multipliers and two sweeps or more this stays stable.
 constexpr double kKappa = 1.0;
 
+// Of the stent's radius: the way on which friction takes hold.
+constexpr double kSlip = 1e-4;
+// Steps of growth with friction, at least, and one for so many of growth without, which have to be
+// small for other reasons.
+constexpr int kStepsWithFriction = 10;
+// In a step; the first ones meet next to no wall, and what little pushes there need not balance.
+constexpr int kIterationsWithFriction = 200;
+
 struct Wall {
   WallMesh mesh;
   xpbd::Sheet sheet;
@@ -120,7 +128,10 @@ class Run {
   }
 
   Outcome finish() {
-    grow();
+    if (case_.friction > 0)
+      grow_with_friction();
+    else
+      grow();
     if (gives_) stent_.reshape(gives_->envelope());
     for (; level_ + 1 < walls_.size(); ++level_) {
       if (level_ == 0) give_way();
@@ -196,6 +207,7 @@ class Run {
             xpbd::crossings(*next.sheet.surface, next.mesh.points, next.mesh.points))
       places = xpbd::lead_apart(next.sheet, places);
     places_ = std::move(places);
+    if (!anchors_.empty()) anchors_ = finer_[level_](anchors_);
   }
 
   /// \throws Error where the stent has pressed the wall against wall that cannot give way
@@ -208,6 +220,35 @@ class Run {
                     "/wall/self_collision to false");
   }
 
+  /// Where the wall sticks depends on where it touched first: it is in balance at every step.
+  void grow_with_friction() {
+    const Wall& wall = walls_.front();
+    places_ = wall.sheet.positions;
+    const int steps = std::max(kStepsWithFriction, growth_steps(setup_) / kStepsWithFriction);
+    for (int step = 1; step <= steps; ++step) {
+      StepRecord record;
+      record.expansion = static_cast<double>(step) / steps;
+      stent_.reshape(stent_state(setup_, record.expansion));
+      xpbd::Equilibrium equilibrium = on_surface(edge_rounding());
+      for (int i = 0; i < kIterationsWithFriction && equilibrium.balance().relative > kRough; ++i) {
+        const xpbd::RelaxReport report = equilibrium.iterate({.largest_move = wall.edge_length});
+        record.largest_move = std::max(record.largest_move, report.largest_move);
+      }
+      take_places(equilibrium);
+      note(record, equilibrium.balance());
+    }
+  }
+
+  xpbd::Equilibrium on_surface(double edge_radius) const {
+    const xpbd::FrictionLaw friction{case_.friction, kSlip * setup_.stent.diameter / 2};
+    return {walls_[level_].sheet, places_, stent_.exact_surface(edge_radius), friction, anchors_};
+  }
+
+  void take_places(const xpbd::Equilibrium& equilibrium) {
+    places_.assign(equilibrium.positions().begin(), equilibrium.positions().end());
+    if (case_.friction > 0) anchors_ = equilibrium.anchors();
+  }
+
   StentState at_rest() const { return gives_ ? gives_->at_rest() : stent_state(setup_, 1); }
 
   bool may_go_on() const { return settling_steps_ < *case_.max_settling_steps; }
@@ -215,7 +256,7 @@ class Run {
   void settle_on_surface(double tolerance, double edge_radius = 0,
                          int most_stalled = kStalledRounds) {
     const Wall& wall = walls_[level_];
-    xpbd::Equilibrium equilibrium(wall.sheet, places_, stent_.exact_surface(edge_radius));
+    xpbd::Equilibrium equilibrium = on_surface(edge_radius);
     outcome_.converged = false;
     near_itself_ = equilibrium.is_near_itself();
     double least = std::numeric_limits<double>::infinity();
@@ -231,7 +272,7 @@ class Run {
       kept_inside_ = equilibrium.kept_inside();
       pushes_ = equilibrium.pushes();
       record.self_contacts = static_cast<int>(pushes_.size());
-      places_.assign(equilibrium.positions().begin(), equilibrium.positions().end());
+      take_places(equilibrium);
       if (gives_) contact_forces_ = equilibrium.contact_forces();
       note(record, equilibrium.balance());
       if (equilibrium.balance().relative < 0.9 * least) {
@@ -355,7 +396,8 @@ class Run {
   std::optional<GiveWay> gives_;     // a stent that does
   std::vector<Vec3> contact_forces_;
   std::size_t level_ = 0;
-  std::vector<Vec3> places_;  // of the wall at this level
+  std::vector<Vec3> places_;   // of the wall at this level
+  std::vector<Vec3> anchors_;  // where friction holds them; empty: nowhere yet
   int settling_steps_ = 0;
   std::vector<xpbd::Push> pushes_;  // of the wall against itself
   bool near_itself_ = false;

@@ -1,6 +1,7 @@
 #include "xpbd/equilibrium.hpp"
 
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "xpbd/coarse_space.hpp"
@@ -26,6 +27,8 @@ constexpr double kRoomToTurn = 0.9;
 // and the iterations that one look at it serves at least.
 constexpr double kMorePushing = 0.2;
 constexpr int kLeastRenewal = 5;
+// Of what is unbalanced with friction's limits as they were: what their own error may come to.
+constexpr double kLagging = 0.5;
 // Looks in which the body may push the sheet out of itself before the search begins.
 constexpr int kLooks = 100;
 
@@ -51,6 +54,10 @@ struct Equilibrium::Implementation {
   std::size_t count;
   CoarseSpace coarse;
   std::optional<SelfCollision> collision;
+  std::optional<Friction> friction;
+  std::vector<double> pushes_of_body;  // N, by particle, 0 where it does not touch
+  double lagging = 0;                  // of friction's limits: squares of what forces lack, N^2
+  double unbalanced = 0;               // squares of what is left with these limits, N^2
   State now, trial;
   std::vector<char> held;      // touching, and pressed against the surface
   std::vector<Vec3> residual;  // forces that nothing balances
@@ -69,7 +76,8 @@ struct Equilibrium::Implementation {
   std::vector<Vec3> near_places;
   std::vector<Gap> gaps;
 
-  Implementation(const Sheet& sheet, std::span<const Vec3> start, ContactField contact_field)
+  Implementation(const Sheet& sheet, std::span<const Vec3> start, ContactField contact_field,
+                 FrictionLaw law, std::span<const Vec3> anchors)
       : elastic(make_elastic_sheet(sheet)),
         field(std::move(contact_field)),
         count(start.size()),
@@ -95,8 +103,29 @@ struct Equilibrium::Implementation {
       collision->look(now.particles);
       visit(now);
     }
+    if (law.coefficient > 0) {
+      pushes_of_body.assign(count, 0.0);
+      friction.emplace(law, count);
+      if (!anchors.empty()) take_anchors(anchors);
+    }
     weigh();
+    if (friction) {
+      friction->renew(pushes_of_body);
+      visit(now);
+      weigh();
+    }
     give_positions();
+  }
+
+  void take_anchors(std::span<const Vec3> anchors) {
+    std::vector<Vec3> places(count);
+    for (std::size_t k = 0; k < count; ++k) places[k] = anchors[at(elastic.layout.original[k])];
+    std::vector<Gap> at_anchors(count);
+    field(places, at_anchors);
+    for (std::size_t k = 0; k < count; ++k)
+      if (now.touching[k] && !at_anchors[k].normal.isZero())
+        friction->anchor(
+            k, places[k] - at_anchors[k].distance * at_anchors[k].normal - elastic.origin);
   }
 
   template <class Value>
@@ -151,6 +180,8 @@ struct Equilibrium::Implementation {
       state.pushing = pushed.carried;
       add(pushed, state.tally);
     }
+    if (friction)
+      state.tally.energy += friction->add_forces(state.particles, state.touching, state.forces);
     state.energy = state.tally.energy;
     if (!elastic.load.empty())
       state.energy -=
@@ -160,24 +191,41 @@ struct Equilibrium::Implementation {
   /// What is unbalanced at the present places; particles that are pulled off the surface let go.
   void weigh() {
     std::vector<Unbalanced> parts(chunks_of(count));
+    std::vector<double> lacks(chunks_of(count), 0.0), left(chunks_of(count), 0.0);
     for_each_particle(count, [&](std::size_t k, std::size_t chunk) {
       residual[k].setZero();
       held[k] = 0;
       if (!elastic.free[k]) return;
       residual[k] = place(now.forces[k]);
+      double push = 0;
       if (now.touching[k]) {
-        const double push = -residual[k].dot(now.normals[k]);
+        push = std::max(0.0, -residual[k].dot(now.normals[k]));
         if (push > 0) {
           held[k] = 1;
           residual[k] += push * now.normals[k];
           parts[chunk].add_contact(push);
         }
       }
-      parts[chunk].add(residual[k], elastic.layout.original[k]);
+      Vec3 unbalanced_force = residual[k];
+      if (friction) {
+        const Vec3 here = place(now.particles[k]);
+        pushes_of_body[k] = push;
+        if (!held[k])
+          friction->let_go(k);
+        else if (!friction->anchored(k))
+          friction->anchor(k, here);
+        const Vec3 lack = friction->missing(k, here, push);
+        unbalanced_force += lack;
+        lacks[chunk] += lack.squaredNorm();
+        left[chunk] += residual[k].squaredNorm();
+      }
+      parts[chunk].add(unbalanced_force, elastic.layout.original[k]);
     });
     Unbalanced all;
     for (const Unbalanced& part : parts) all.merge(part);
     balance = all.conclude(now.tally);
+    lagging = std::accumulate(lacks.begin(), lacks.end(), 0.0);
+    unbalanced = std::accumulate(left.begin(), left.end(), 0.0);
   }
 
   /// Takes out what would lift a held particle off, or push it in.
@@ -188,8 +236,13 @@ struct Equilibrium::Implementation {
   }
 
   void renew() {
-    const std::vector<Link> links =
-        collision ? collision->links(now.particles) : std::vector<Link>();
+    std::vector<Link> links = collision ? collision->links(now.particles) : std::vector<Link>();
+    if (friction) {
+      friction->renew(pushes_of_body);
+      visit(now);
+      weigh();
+      friction->add_links(now.particles, links);
+    }
     softness = measure_softness(elastic, now.particles, links);
     for (std::size_t k = 0; k < count; ++k)
       held_normals[k] = held[k] ? now.normals[k] : Vec3::Zero();
@@ -202,7 +255,8 @@ struct Equilibrium::Implementation {
   bool is_outdated(int renewal) const {
     return since_renewal < 0 || since_renewal >= renewal ||
            (since_renewal >= kLeastRenewal &&
-            std::abs(now.pushing - pushing_at_renewal) > kMorePushing * pushing_at_renewal);
+            (std::abs(now.pushing - pushing_at_renewal) > kMorePushing * pushing_at_renewal ||
+             lagging > kLagging * unbalanced));
   }
 
   /// The motion that would balance the residual, about.
@@ -317,7 +371,11 @@ struct Equilibrium::Implementation {
 };
 
 Equilibrium::Equilibrium(const Sheet& sheet, std::span<const Vec3> start, ContactField field)
-    : implementation_(std::make_unique<Implementation>(sheet, start, std::move(field))) {}
+    : Equilibrium(sheet, start, std::move(field), {}, {}) {}
+Equilibrium::Equilibrium(const Sheet& sheet, std::span<const Vec3> start, ContactField field,
+                         FrictionLaw friction, std::span<const Vec3> anchors)
+    : implementation_(
+          std::make_unique<Implementation>(sheet, start, std::move(field), friction, anchors)) {}
 Equilibrium::~Equilibrium() = default;
 Equilibrium::Equilibrium(Equilibrium&&) noexcept = default;
 
@@ -327,6 +385,16 @@ RelaxReport Equilibrium::iterate(const EquilibriumOptions& options) {
 
 std::span<const Vec3> Equilibrium::positions() const { return implementation_->positions; }
 ForceBalance Equilibrium::balance() const { return implementation_->balance; }
+
+std::vector<Vec3> Equilibrium::anchors() const {
+  const Implementation& i = *implementation_;
+  std::vector<Vec3> anchors(i.positions);
+  if (!i.friction) return anchors;
+  const std::vector<Vec3> dragged = i.friction->dragged(i.now.particles);
+  for (std::size_t k = 0; k < dragged.size(); ++k)
+    anchors[at(i.elastic.layout.original[k])] = dragged[k] + i.elastic.origin;
+  return anchors;
+}
 
 std::vector<Push> Equilibrium::pushes() const {
   const Implementation& i = *implementation_;

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 
+#include "xpbd/friction.hpp"
 #include "xpbd/self_collision.hpp"
 #include "xpbd/solver.hpp"
 
@@ -26,7 +27,8 @@ struct EquilibriumOptions {
 };
 
 /// Minimises the sheet's elastic energy over all places outside a body: particles in contact slide
-/// on its surface without friction and leave it when they are pulled. Nonlinear conjugate gradients
+/// on its surface, without friction unless there is a law of it, and leave it when they are pulled.
+/// Nonlinear conjugate gradients
 /// on that surface (Polak & Ribiere, restarted), preconditioned on two levels: the 3x3 stiffness
 /// around each particle, and rigid motions of neighbourhoods (CoarseSpace). The minimum is that of
 /// the very energy that Solver projects; masses and time have no part in it. A sheet with a surface
@@ -35,6 +37,10 @@ class Equilibrium {
  public:
   /// `start`: by vertex; particles inside the body are put on its surface. Pinned vertices stay.
   Equilibrium(const Sheet& sheet, std::span<const Vec3> start, ContactField field);
+  /// With friction. `anchors`: by vertex, where each is held by the body, put on its surface;
+  /// empty: where it touches first.
+  Equilibrium(const Sheet& sheet, std::span<const Vec3> start, ContactField field,
+              FrictionLaw friction, std::span<const Vec3> anchors);
   ~Equilibrium();
   Equilibrium(Equilibrium&&) noexcept;
 
@@ -44,6 +50,9 @@ class Equilibrium {
   std::span<const Vec3> positions() const;   ///< by vertex, mm
   ForceBalance balance() const;              ///< at the present places
   std::vector<Vec3> contact_forces() const;  ///< by vertex, N: what the body pushes it with
+  /// By vertex: where friction holds it now, for the equilibrium that comes next; its own place
+  /// where it does not touch.
+  std::vector<Vec3> anchors() const;
 
   /// What keeps the sheet's surface from passing through itself, by vertex.
   std::vector<Push> pushes() const;

@@ -91,7 +91,7 @@ struct Sheet {
   std::vector<BendingConstraint> bendings;
   std::vector<TriangleConstraint> triangles;
   std::vector<AttachmentConstraint> attachments;
-  std::vector<Vec3> forces;  ///< N, constant, one per particle; empty: none
+  std::vector<Vec3> forces;              ///< N, constant, one per particle; empty: none
   std::optional<SurfaceOfWall> surface;  ///< there: it does not pass through itself
 };
 

@@ -45,8 +45,7 @@ class Blocks {
 }  // namespace
 
 std::vector<Softness> measure_softness(const Layout& layout, std::span<const Slot> particles,
-                                       std::span<const double> own,
-                                       std::span<const Link> links) {
+                                       std::span<const double> own, std::span<const Link> links) {
   Blocks blocks(particles.size());
   const auto x = [&](int k) { return place(particles[at(k)]); };
   for_each_distance(layout, [&](int i, int j, double rest, double stiffness) {

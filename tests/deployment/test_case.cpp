@@ -74,6 +74,21 @@ TEST(CaseFile, WritingAndReadingAgainIsTheSame) {
   EXPECT_EQ(once["stent"]["diameter"], "10.1234567890123mm");
 }
 
+TEST(CaseFile, FrictionIsForRigidTubesThatFollowTheVessel) {
+  json specification = minimal();
+  specification["contact"] = {{"friction", 0.3}};
+  const Case c = parse_case(specification, "case.json", "/data");
+  EXPECT_EQ(c.friction, 0.3);
+  EXPECT_EQ(to_json(c)["contact"]["friction"], 0.3);
+  specification["contact"] = {{"friction", 0.3}, {"stiffness_N_per_mm", 1.0}};
+  EXPECT_NE(refusal(specification).find("/contact/friction: is for rigid"), std::string::npos);
+  specification["contact"] = {{"friction", -1.0}};
+  EXPECT_NE(refusal(specification).find("/contact/friction"), std::string::npos);
+  specification["contact"] = {{"friction", 0.3}};
+  specification["stent"]["cell"] = "closed";
+  EXPECT_NE(refusal(specification).find("straightens"), std::string::npos);
+}
+
 TEST(CaseFile, WallsByVesselAndByVertexSurviveWriting) {
   json specification = minimal();
   specification["wall"] = {

@@ -218,6 +218,39 @@ double interpolated(const std::map<double, double>& profile, double z) {
   return below->second + share * (above->second - below->second);
 }
 
+// How far the wall's own places have moved along the vessel, in the mean over the stent's length.
+double axial_motion(const WholeRun& r) {
+  double moved = 0;
+  int counted = 0;
+  for (std::size_t v = 0; v < r.outcome.positions.size(); ++v) {
+    const Vec3& before = r.setup.surface.mesh.points[v];
+    if (!r.outcome.moved[v] || std::abs(before.z() - 30) > 12) continue;
+    moved += std::abs(r.outcome.positions[v].z() - before.z());
+    ++counted;
+  }
+  return moved / counted;
+}
+
+// A wall that slides is drawn together along the stent as it widens; friction hinders that, more of
+// it more.
+TEST(IdealVessel, FrictionHoldsTheWallWhereItTouches) {
+  std::vector<double> motions;
+  for (const double coefficient : {0.0, 0.05, 0.5}) {
+    const TemporaryFolder folder;
+    write(stenosed(), folder / "vessel.vtp");
+    Case specification = make_case(folder / "vessel.vtp", {{"at", {0, 0, 30}}});
+    specification.friction = coefficient;
+    const WholeRun r = tests::run(folder, specification);
+    EXPECT_TRUE(r.outcome.converged);
+    EXPECT_EQ(r.metrics.inverted_triangles, 0u);
+    EXPECT_NEAR(r.metrics.opened_mean_over_target, 1, 0.005);
+    motions.push_back(axial_motion(r));
+    std::printf("friction %.2f: %.3f mm along the vessel\n", coefficient, motions.back());
+  }
+  EXPECT_LT(motions[1], 0.95 * motions[0]);
+  EXPECT_LT(motions[2], 0.6 * motions[0]);
+}
+
 // The wall is oversized by 0.5 mm beyond the lesion, so that the transition zones are compared too.
 TEST(IdealVessel, TheShapeDoesNotDependOnTheMesh) {
   std::vector<std::map<double, double>> profiles;
