@@ -56,17 +56,6 @@ void print_summary(const deployment::Setup& setup, const deployment::Outcome& ou
   std::cout << "result            " << out.string() << '\n' << kDisclaimer << '\n';
 }
 
-/// The geometry handed on must be sound; what is not sound is refused with its numbers.
-void require_sound(const deployment::Metrics& m, const std::filesystem::path& surface) {
-  if (m.inverted_triangles == 0 && m.new_self_intersections == 0) return;
-  throw Error(ExitCode::numerical,
-              surface.string() + ": the stented surface is damaged (" +
-                  std::to_string(m.inverted_triangles) + " inverted triangles, " +
-                  std::to_string(m.new_self_intersections) +
-                  " new self-intersections); try a smaller diameter or growth_per_step, or "
-                  "/wall/self_collision where walls meet");
-}
-
 }  // namespace
 
 CaseRun run_case(const deployment::Case& specification, const std::filesystem::path& out,
@@ -119,7 +108,7 @@ CaseRun run_case(const deployment::Case& specification, const std::filesystem::p
   }
   saver.write_list();
   const deployment::Metrics metrics = deployment::write_results(setup, outcome, folder.stage());
-  require_sound(metrics, setup.specification.surface);
+  deployment::require_sound(metrics, setup.specification.surface);
   if (options.pictures) draw_stages(setup, outcome, midway, folder.stage() / "stages.png");
   if (options.report) {
     progress.show("writing the report ...");

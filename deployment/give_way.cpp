@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "vessels/error.hpp"
 #include "vessels/text.hpp"
 
 namespace vstent::deployment {
@@ -13,6 +14,8 @@ namespace {
 constexpr double kLargestMove = 0.15;
 // Of its diameter.
 constexpr double kNotableLoss = 0.05;
+// Of its radius: no stent is crimped so far, and beyond nothing it has no shape.
+constexpr double kCrushed = 0.1;
 
 }  // namespace
 
@@ -60,6 +63,15 @@ void GiveWay::settled(std::span<const Vec3> places, std::span<const Vec3> contac
 void GiveWay::move_on() {
   search_.looked(forces_, energy_, contact_force_);
   line_ = stent_.shape(search_.place());
+  for (std::size_t i = 0; i < line_.radii.size(); ++i) {
+    if (line_.radii[i] >= kCrushed * prescribed_.radii[i]) continue;
+    throw Error(ExitCode::numerical,
+                setup_.specification.surface.string() + ": the wall crushes the stent, whose " +
+                    "radial stiffness is " +
+                    vessels::number(*setup_.specification.radial_stiffness) +
+                    " N/mm2, to less than " + vessels::number(100 * kCrushed) +
+                    " % of its diameter; a stiffer stent or a softer wall may balance");
+  }
 }
 
 void GiveWay::new_wall() {

@@ -32,4 +32,7 @@ class StepSaver {
 Metrics write_results(const Setup& setup, const Outcome& outcome,
                       const std::filesystem::path& stage);
 
+/// The geometry handed on must be sound. \throws Error (numerical) with the numbers of what is not
+void require_sound(const Metrics& metrics, const std::filesystem::path& surface);
+
 }  // namespace vstent::deployment

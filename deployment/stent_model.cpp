@@ -7,6 +7,7 @@
 #include "deployment/strut_solid.hpp"
 #include "sdf/polyline.hpp"
 #include "vessels/error.hpp"
+#include "vessels/text.hpp"
 
 namespace vstent::deployment {
 namespace {
@@ -229,7 +230,14 @@ int growth_steps(const Setup& setup) {
     if (setup.has_struts()) move -= move.dot(along[i]) * along[i];
     travel = std::max(travel, end.radii[i] - start.radii[i] + move.norm());
   }
-  return std::max(1, static_cast<int>(std::ceil(travel / *setup.specification.growth_per_step)));
+  constexpr double kMostSteps = 1e6;
+  const double steps = std::ceil(travel / *setup.specification.growth_per_step);
+  if (steps > kMostSteps)
+    throw Error(ExitCode::usage, "solver.growth_per_step of " +
+                                     vessels::mm(*setup.specification.growth_per_step) + " makes " +
+                                     vessels::exact(steps) +
+                                     " steps of the stent's growth; at most a million are taken");
+  return std::max(1, static_cast<int>(steps));
 }
 
 }  // namespace vstent::deployment

@@ -326,6 +326,14 @@ std::string refusal(const Case& c) {
   return "accepted";
 }
 
+TEST(IdealVessel, RefusesToGrowInMoreThanAMillionSteps) {
+  const TemporaryFolder folder;
+  write(stenosed(), folder / "vessel.vtp");
+  Case specification = make_case(folder / "vessel.vtp", json::object());
+  specification.growth_per_step = 1e-12;
+  EXPECT_THROW(deploy(prepare(specification)), Error);
+}
+
 TEST(IdealVessel, RefusesWhatCannotBe) {
   const TemporaryFolder folder;
   write(stenosed(), folder / "vessel.vtp");
