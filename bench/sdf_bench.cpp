@@ -189,19 +189,20 @@ std::vector<Vec3> points_near(const LevelSet& level_set, Order order) {
   return points;
 }
 
-/// Time per point for 50,000 points. range: solid, backend (0 level set, 1 exact), order of the
-/// points (0 along a space-filling curve, as a patch's vertices are, 1 random), threads.
+/// Time per point for 50,000 points. range: solid, voxel size in micrometres, backend (0 level set,
+/// 1 exact), order of the points (0 along a space-filling curve, as a patch's vertices are, 1
+/// random), threads.
 void sample(benchmark::State& state) {
   const Solid solid = solid_of(static_cast<int>(state.range(0)));
-  const double h = state.range(0) == 0 ? 0.1 : 0.025;
+  const double h = 1e-3 * static_cast<double>(state.range(1));
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
-                                  static_cast<std::size_t>(state.range(3)));
+                                  static_cast<std::size_t>(state.range(4)));
   const LevelSet level_set = voxelise(solid, {.voxel_size = h, .half_width = 4});
-  const std::vector<Vec3> points = points_near(level_set, static_cast<Order>(state.range(2)));
+  const std::vector<Vec3> points = points_near(level_set, static_cast<Order>(state.range(3)));
   std::vector<Sample> samples(points.size());
   const ExactField exact(solid);
   for (auto _ : state) {
-    if (state.range(1) == 0) {
+    if (state.range(2) == 0) {
       level_set.sample(points, samples);
     } else {
       exact.sample(points, samples);
@@ -213,7 +214,8 @@ void sample(benchmark::State& state) {
       benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 BENCHMARK(sample)
-    ->ArgsProduct({{0, 1}, {0, 1}, {kCoherent, kRandom}, {1, 2}})
+    ->ArgsProduct({{0}, {100}, {0, 1}, {kCoherent, kRandom}, {1, 2}})
+    ->ArgsProduct({{1}, {50, 25}, {0, 1}, {kCoherent, kRandom}, {1, 2}})
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 
