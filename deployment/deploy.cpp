@@ -7,9 +7,10 @@
 #include "deployment/give_way.hpp"
 #include "deployment/stent_contact.hpp"
 #include "deployment/wall_levels.hpp"
+#include "vessels/check.hpp"
 #include "vessels/error.hpp"
-#include "xpbd/crossings.hpp"
 #include "xpbd/equilibrium.hpp"
+#include "xpbd/lead_apart.hpp"
 
 namespace vstent::deployment {
 namespace {
@@ -202,9 +203,10 @@ class Run {
   void hand_on() {
     std::vector<Vec3> places = finer_[level_](places_);
     const Wall& next = walls_[level_ + 1];
-    if (near_itself_ &&
-        xpbd::crossings(*next.sheet.surface, next.mesh.points, places) >
-            xpbd::crossings(*next.sheet.surface, next.mesh.points, next.mesh.points))
+    const auto crossings = [&](const std::vector<Vec3>& points) {
+      return vessels::self_intersections({points, next.mesh.triangles}).size();
+    };
+    if (near_itself_ && crossings(places) > crossings(next.mesh.points))
       places = xpbd::lead_apart(next.sheet, places);
     places_ = std::move(places);
     if (!anchors_.empty()) anchors_ = finer_[level_](anchors_);

@@ -8,7 +8,7 @@
 
 #include "sdf/box_tree.hpp"
 #include "sdf/nearest.hpp"
-#include "xpbd/crossings.hpp"
+#include "vessels/check.hpp"
 #include "xpbd/neighbourhoods.hpp"
 
 namespace vstent::deployment {
@@ -68,7 +68,7 @@ xpbd::SurfaceOfWall surface_of(const WallMesh& wall) {
 }
 
 bool crosses_itself(const WallMesh& wall) {
-  return xpbd::crossings(surface_of(wall), wall.points, wall.points) > 0;
+  return !vessels::self_intersections({wall.points, wall.triangles}).empty();
 }
 
 WallMesh coarsened(const WallMesh& fine, double spacing) {
