@@ -220,10 +220,10 @@ struct Solver::Implementation {
         const BatchesOf<Real>& batches = stage.batches;
         const Task& task = (*phase)[n];
         const SlotOf<Real>* slots = stage.particles.data();
-        stage.kernel.kept_distance_forces(batches.distances_of(task), slots, stage.forces.data());
-        stage.kernel.kept_bending_forces(batches.bendings_of(task), slots, stage.forces.data());
+        stage.kernel.kept_distance_forces(distances_of(batches, task), slots, stage.forces.data());
+        stage.kernel.kept_bending_forces(bendings_of(batches, task), slots, stage.forces.data());
         if constexpr (std::is_same_v<Real, double>)
-          kernel.kept_triangle_forces(layout.triangles_of(task), slots, stage.forces.data());
+          kernel.kept_triangle_forces(triangles_of(layout, task), slots, stage.forces.data());
       });
     add_span_forces(stage.forces);
     if constexpr (std::is_same_v<Real, double>)
@@ -274,10 +274,10 @@ struct Solver::Implementation {
         SlotOf<Real>* slots = stage.particles.data();
         const auto project_triangles = [&] {
           if constexpr (std::is_same_v<Real, double>)
-            kernel.project_triangles(layout.triangles_of(task), slots, backward);
+            kernel.project_triangles(triangles_of(layout, task), slots, backward);
         };
-        const auto distances = stage.batches.distances_of(task);
-        const auto bendings = stage.batches.bendings_of(task);
+        const auto distances = distances_of(stage.batches, task);
+        const auto bendings = bendings_of(stage.batches, task);
         if (!backward) {
           stage.kernel.project_distances(distances, slots, false);
           project_triangles();
