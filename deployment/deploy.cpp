@@ -49,13 +49,14 @@ constexpr int kStalledLook = 5;
 constexpr int kStalledLooks = 12;
 // k dt^2/m; with kept multipliers and two sweeps or more this stays stable.
 constexpr double kKappa = 1.0;
-
 // Of the stent's radius: the way on which friction takes hold.
 constexpr double kSlip = 1e-4;
-// Steps of growth with friction, at least, and one for so many of growth without, which have to be
-// small for other reasons.
-constexpr int kStepsWithFriction = 10;
-// In a step; the first ones meet next to no wall, and what little pushes there need not balance.
+// Steps of growth with friction, at least.
+constexpr int kFewestWithFriction = 10;
+// Steps of growth without, which have to be small for other reasons, that one with it stands for.
+constexpr int kStepsInOneWithFriction = 10;
+// In a step with friction; the first ones meet next to no wall, and what little pushes there need
+// not balance.
 constexpr int kIterationsWithFriction = 200;
 
 struct Wall {
@@ -226,7 +227,7 @@ class Run {
   void grow_with_friction() {
     const Wall& wall = walls_.front();
     places_ = wall.sheet.positions;
-    const int steps = std::max(kStepsWithFriction, growth_steps(setup_) / kStepsWithFriction);
+    const int steps = std::max(kFewestWithFriction, growth_steps(setup_) / kStepsInOneWithFriction);
     for (int step = 1; step <= steps; ++step) {
       StepRecord record;
       record.expansion = static_cast<double>(step) / steps;
