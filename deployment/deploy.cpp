@@ -51,10 +51,6 @@ constexpr int kStalledLooks = 12;
 constexpr double kKappa = 1.0;
 // Of the stent's radius: the way on which friction takes hold.
 constexpr double kSlip = 1e-4;
-// Steps of growth with friction, at least.
-constexpr int kFewestWithFriction = 10;
-// Steps of growth without, which have to be small for other reasons, that one with it stands for.
-constexpr int kStepsInOneWithFriction = 10;
 // In a step with friction; the first ones meet next to no wall, and what little pushes there need
 // not balance.
 constexpr int kIterationsWithFriction = 200;
@@ -227,7 +223,7 @@ class Run {
   void grow_with_friction() {
     const Wall& wall = walls_.front();
     places_ = wall.sheet.positions;
-    const int steps = std::max(kFewestWithFriction, growth_steps(setup_) / kStepsInOneWithFriction);
+    const int steps = growth_steps(setup_);
     for (int step = 1; step <= steps; ++step) {
       StepRecord record;
       record.expansion = static_cast<double>(step) / steps;
