@@ -7,9 +7,10 @@
 #include "deployment/give_way.hpp"
 #include "deployment/stent_contact.hpp"
 #include "deployment/wall_levels.hpp"
+#include "vessels/check.hpp"
 #include "vessels/error.hpp"
-#include "xpbd/crossings.hpp"
 #include "xpbd/equilibrium.hpp"
+#include "xpbd/lead_apart.hpp"
 
 namespace vstent::deployment {
 namespace {
@@ -48,13 +49,10 @@ constexpr int kStalledLook = 5;
 constexpr int kStalledLooks = 12;
 // k dt^2/m; with kept multipliers and two sweeps or more this stays stable.
 constexpr double kKappa = 1.0;
-
 // Of the stent's radius: the way on which friction takes hold.
 constexpr double kSlip = 1e-4;
-// Steps of growth with friction, at least, and one for so many of growth without, which have to be
-// small for other reasons.
-constexpr int kStepsWithFriction = 10;
-// In a step; the first ones meet next to no wall, and what little pushes there need not balance.
+// In a step with friction; the first ones meet next to no wall, and what little pushes there need
+// not balance.
 constexpr int kIterationsWithFriction = 200;
 
 struct Wall {
@@ -202,9 +200,10 @@ class Run {
   void hand_on() {
     std::vector<Vec3> places = finer_[level_](places_);
     const Wall& next = walls_[level_ + 1];
-    if (near_itself_ &&
-        xpbd::crossings(*next.sheet.surface, next.mesh.points, places) >
-            xpbd::crossings(*next.sheet.surface, next.mesh.points, next.mesh.points))
+    const auto crossings = [&](const std::vector<Vec3>& points) {
+      return vessels::self_intersections({points, next.mesh.triangles}).size();
+    };
+    if (near_itself_ && crossings(places) > crossings(next.mesh.points))
       places = xpbd::lead_apart(next.sheet, places);
     places_ = std::move(places);
     if (!anchors_.empty()) anchors_ = finer_[level_](anchors_);
@@ -224,7 +223,7 @@ class Run {
   void grow_with_friction() {
     const Wall& wall = walls_.front();
     places_ = wall.sheet.positions;
-    const int steps = std::max(kStepsWithFriction, growth_steps(setup_) / kStepsWithFriction);
+    const int steps = growth_steps(setup_);
     for (int step = 1; step <= steps; ++step) {
       StepRecord record;
       record.expansion = static_cast<double>(step) / steps;

@@ -12,6 +12,11 @@
 namespace vstent::deployment {
 namespace {
 
+// Steps of growth with friction, at least.
+constexpr int kFewestWithFriction = 10;
+// Steps of growth without, which have to be small for other reasons, that one with it stands for.
+constexpr int kStepsInOneWithFriction = 10;
+
 StentState tube_state(const Setup& setup, double expansion) {
   const Placement& p = setup.placement;
   StentState state;
@@ -237,7 +242,9 @@ int growth_steps(const Setup& setup) {
                                      vessels::mm(*setup.specification.growth_per_step) + " makes " +
                                      vessels::exact(steps) +
                                      " steps of the stent's growth; at most a million are taken");
-  return std::max(1, static_cast<int>(steps));
+  const int given = std::max(1, static_cast<int>(steps));
+  if (!(setup.specification.friction > 0)) return given;
+  return std::max(kFewestWithFriction, given / kStepsInOneWithFriction);
 }
 
 }  // namespace vstent::deployment

@@ -6,8 +6,9 @@
 #include <map>
 #include <set>
 
-#include "sdf/mesh_distance.hpp"
-#include "xpbd/crossings.hpp"
+#include "sdf/box_tree.hpp"
+#include "sdf/nearest.hpp"
+#include "vessels/check.hpp"
 #include "xpbd/neighbourhoods.hpp"
 
 namespace vstent::deployment {
@@ -34,18 +35,23 @@ xpbd::Graph graph_of(const WallMesh& mesh) {
   return xpbd::make_graph(mesh.points.size(), lengths);
 }
 
+/// Twice the area long.
+Vec3 area_normal(std::span<const Vec3> points, const Triangle& t) {
+  return (points[at(t[1])] - points[at(t[0])]).cross(points[at(t[2])] - points[at(t[0])]);
+}
+
 /// Axes of a triangle: along its first edge, across, and its normal; columns.
-Eigen::Matrix3d frame(const Vec3& a, const Vec3& b, const Vec3& c) {
+Eigen::Matrix3d frame(std::span<const Vec3> points, const Triangle& t) {
+  const Vec3 along = (points[at(t[1])] - points[at(t[0])]).normalized();
+  const Vec3 normal = area_normal(points, t).normalized();
   Eigen::Matrix3d axes;
-  const Vec3 along = (b - a).normalized();
-  const Vec3 normal = (b - a).cross(c - a).normalized();
   axes << along, normal.cross(along), normal;
   return axes;
 }
 
-/// Twice the area long.
-Vec3 area_normal(std::span<const Vec3> points, const Triangle& t) {
-  return (points[at(t[1])] - points[at(t[0])]).cross(points[at(t[2])] - points[at(t[0])]);
+Vec3 weighted(std::span<const Vec3> points, const Triangle& t, const Vec3& weights) {
+  return weights.x() * points[at(t[0])] + weights.y() * points[at(t[1])] +
+         weights.z() * points[at(t[2])];
 }
 
 }  // namespace
@@ -62,7 +68,7 @@ xpbd::SurfaceOfWall surface_of(const WallMesh& wall) {
 }
 
 bool crosses_itself(const WallMesh& wall) {
-  return xpbd::crossings(surface_of(wall), wall.points, wall.points) > 0;
+  return !vessels::self_intersections({wall.points, wall.triangles}).empty();
 }
 
 WallMesh coarsened(const WallMesh& fine, double spacing) {
@@ -105,38 +111,25 @@ Prolongation::Prolongation(const WallMesh& coarse, const WallMesh& fine)
   const sdf::BoxTree tree(boxes);
   for (std::size_t v = 0; v < rest_.size(); ++v) {
     if (fine.pinned[v]) continue;
-    const auto closest = [&](int triangle) {
+    const auto weights = [&](int triangle) {
       const Triangle& t = coarse.triangles[at(triangle)];
-      return sdf::closest_point_on_triangle(rest_[v], coarse.points[at(t[0])],
-                                            coarse.points[at(t[1])], coarse.points[at(t[2])]);
+      return nearest_on_triangle(rest_[v], coarse.points[at(t[0])], coarse.points[at(t[1])],
+                                 coarse.points[at(t[2])]);
     };
-    const auto squared_distance = [&](int triangle) {
-      return (closest(triangle) - rest_[v]).squaredNorm();
+    const auto offset = [&](int triangle) {
+      return Vec3(rest_[v] -
+                  weighted(coarse.points, coarse.triangles[at(triangle)], weights(triangle)));
     };
+    const auto squared_distance = [&](int triangle) { return offset(triangle).squaredNorm(); };
     auto found = tree.nearest(rest_[v], [&](int triangle) {
       return facing[at(triangle)].dot(normals[v]) > 0 ? squared_distance(triangle)
                                                       : std::numeric_limits<double>::infinity();
     });
     if (found.item < 0) found = tree.nearest(rest_[v], squared_distance);
-    if (found.item < 0) continue;
-    const struct {
-      int triangle;
-      Vec3 point;
-    } nearest{found.item, closest(found.item)};
-    Anchor& anchor = anchors_[v];
-    anchor.corners = coarse.triangles[at(nearest.triangle)];
-    const auto corner = [&](std::size_t k) { return coarse.points[at(anchor.corners[k])]; };
-    const Vec3 a = corner(0), ab = corner(1) - a, ac = corner(2) - a, ap = nearest.point - a;
-    const Vec3 normal = ab.cross(ac);
-    const double squared = normal.squaredNorm();
-    if (!(squared > 0)) {
-      anchor.corners = {-1, -1, -1};
-      continue;
-    }
-    anchor.weights.y() = ap.cross(ac).dot(normal) / squared;
-    anchor.weights.z() = ab.cross(ap).dot(normal) / squared;
-    anchor.weights.x() = 1 - anchor.weights.y() - anchor.weights.z();
-    anchor.offset = frame(corner(0), corner(1), corner(2)).transpose() * (rest_[v] - nearest.point);
+    if (found.item < 0 || !(facing[at(found.item)].squaredNorm() > 0)) continue;
+    const Triangle& corners = coarse.triangles[at(found.item)];
+    anchors_[v] = {corners, weights(found.item),
+                   frame(coarse.points, corners).transpose() * offset(found.item)};
   }
 }
 
@@ -145,10 +138,8 @@ std::vector<Vec3> Prolongation::operator()(std::span<const Vec3> coarse_position
   for (std::size_t v = 0; v < fine.size(); ++v) {
     const Anchor& anchor = anchors_[v];
     if (anchor.corners[0] < 0) continue;
-    const auto corner = [&](std::size_t k) { return coarse_positions[at(anchor.corners[k])]; };
-    fine[v] = anchor.weights.x() * corner(0) + anchor.weights.y() * corner(1) +
-              anchor.weights.z() * corner(2) +
-              frame(corner(0), corner(1), corner(2)) * anchor.offset;
+    fine[v] = weighted(coarse_positions, anchor.corners, anchor.weights) +
+              frame(coarse_positions, anchor.corners) * anchor.offset;
   }
   return fine;
 }

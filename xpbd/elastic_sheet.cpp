@@ -54,11 +54,11 @@ Tally elastic_forces(const ElasticSheet& sheet, std::span<const Slot> particles,
     partial.assign(3 * phase->size(), Tally{});
     side_by_side(phase->size(), [&](std::size_t k) {
       const Task& task = (*phase)[k];
-      partial[3 * k] = kernel.elastic_distance_forces(sheet.layout.distances_of(task),
+      partial[3 * k] = kernel.elastic_distance_forces(distances_of(sheet.layout, task),
                                                       particles.data(), forces.data());
-      partial[3 * k + 1] = kernel.elastic_bending_forces(sheet.layout.bendings_of(task),
+      partial[3 * k + 1] = kernel.elastic_bending_forces(bendings_of(sheet.layout, task),
                                                          particles.data(), forces.data());
-      partial[3 * k + 2] = kernel.elastic_triangle_forces(sheet.layout.triangles_of(task),
+      partial[3 * k + 2] = kernel.elastic_triangle_forces(triangles_of(sheet.layout, task),
                                                           particles.data(), forces.data());
     });
     for (const Tally& part : partial) add(part, total);

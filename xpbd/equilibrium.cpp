@@ -370,8 +370,6 @@ struct Equilibrium::Implementation {
   }
 };
 
-Equilibrium::Equilibrium(const Sheet& sheet, std::span<const Vec3> start, ContactField field)
-    : Equilibrium(sheet, start, std::move(field), {}, {}) {}
 Equilibrium::Equilibrium(const Sheet& sheet, std::span<const Vec3> start, ContactField field,
                          FrictionLaw friction, std::span<const Vec3> anchors)
     : implementation_(

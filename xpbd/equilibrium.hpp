@@ -36,11 +36,10 @@ struct EquilibriumOptions {
 class Equilibrium {
  public:
   /// `start`: by vertex; particles inside the body are put on its surface. Pinned vertices stay.
-  Equilibrium(const Sheet& sheet, std::span<const Vec3> start, ContactField field);
-  /// With friction. `anchors`: by vertex, where each is held by the body, put on its surface;
-  /// empty: where it touches first.
+  /// `anchors`, of friction: by vertex, where each is held by the body, put on its surface; empty:
+  /// where it touches first.
   Equilibrium(const Sheet& sheet, std::span<const Vec3> start, ContactField field,
-              FrictionLaw friction, std::span<const Vec3> anchors);
+              FrictionLaw friction = {}, std::span<const Vec3> anchors = {});
   ~Equilibrium();
   Equilibrium(Equilibrium&&) noexcept;
 

@@ -20,6 +20,26 @@ struct Columns {
   typename Register<Real>::Type of[4];
 };
 
+/// Of two registers, in every 16 bytes: the first two numbers of either in turn, and the last two.
+#ifdef __AVX512F__
+constexpr Register<float>::Bits kFirst{0, 16, 1, 17, 4, 20, 5, 21, 8, 24, 9, 25, 12, 28, 13, 29},
+    kLast{2, 18, 3, 19, 6, 22, 7, 23, 10, 26, 11, 27, 14, 30, 15, 31};
+#elif defined(__AVX2__)
+constexpr Register<float>::Bits kFirst{0, 8, 1, 9, 4, 12, 5, 13}, kLast{2, 10, 3, 11, 6, 14, 7, 15};
+#else
+constexpr Register<float>::Bits kFirst{0, 4, 1, 5}, kLast{2, 6, 3, 7};
+#endif
+
+/// A square of four rows and columns in every 16 bytes.
+inline void transpose(Floats (&rows)[4]) {
+  const Floats a = __builtin_shuffle(rows[0], rows[2], kFirst),
+               b = __builtin_shuffle(rows[1], rows[3], kFirst),
+               c = __builtin_shuffle(rows[0], rows[2], kLast),
+               d = __builtin_shuffle(rows[1], rows[3], kLast);
+  rows[0] = __builtin_shuffle(a, b, kFirst), rows[1] = __builtin_shuffle(a, b, kLast);
+  rows[2] = __builtin_shuffle(c, d, kFirst), rows[3] = __builtin_shuffle(c, d, kLast);
+}
+
 #ifdef __AVX512F__
 template <int kChunks>
 inline Doubles chunks(Doubles a, Doubles b) {
@@ -66,19 +86,6 @@ inline Doubles interleave_high(Doubles a, Doubles b) {
   };
   put(0, xy_even, zm_even);
   put(1, xy_odd, zm_odd);
-}
-
-/// A square of four rows and columns in every quarter.
-inline void transpose(Floats (&rows)[4]) {
-  const auto low = [](Floats a, Floats b) {
-    return (Floats)_mm512_unpacklo_ps((__m512)a, (__m512)b);
-  };
-  const auto high = [](Floats a, Floats b) {
-    return (Floats)_mm512_unpackhi_ps((__m512)a, (__m512)b);
-  };
-  const Floats a = low(rows[0], rows[2]), b = low(rows[1], rows[3]), c = high(rows[0], rows[2]),
-               d = high(rows[1], rows[3]);
-  rows[0] = low(a, b), rows[1] = high(a, b), rows[2] = low(c, d), rows[3] = high(c, d);
 }
 
 [[gnu::always_inline]] inline void gather_part(const char* slots, const unsigned* offset,
@@ -151,18 +158,6 @@ inline FourFloats high(Floats a) { return (FourFloats)_mm256_extractf128_ps((__m
   }
 }
 
-/// A square of four rows and columns in either half.
-inline void transpose(Floats (&rows)[4]) {
-  typedef Register<float>::Bits Pick;
-  constexpr Pick kLow{0, 8, 1, 9, 4, 12, 5, 13}, kHigh{2, 10, 3, 11, 6, 14, 7, 15};
-  const Floats a = __builtin_shuffle(rows[0], rows[2], kLow),
-               b = __builtin_shuffle(rows[1], rows[3], kLow),
-               c = __builtin_shuffle(rows[0], rows[2], kHigh),
-               d = __builtin_shuffle(rows[1], rows[3], kHigh);
-  rows[0] = __builtin_shuffle(a, b, kLow), rows[1] = __builtin_shuffle(a, b, kHigh);
-  rows[2] = __builtin_shuffle(c, d, kLow), rows[3] = __builtin_shuffle(c, d, kHigh);
-}
-
 [[gnu::always_inline]] inline void gather_part(const char* slots, const unsigned* offset,
                                                Columns<float>& columns) {
   const auto row = [&](int lane) {
@@ -203,17 +198,6 @@ inline void transpose(Floats (&rows)[4]) {
     reinterpret_cast<Doubles*>(slots + offset[0])[which] = __builtin_shuffle(a, b, Pick{0, 2});
     reinterpret_cast<Doubles*>(slots + offset[1])[which] = __builtin_shuffle(a, b, Pick{1, 3});
   }
-}
-
-inline void transpose(Floats (&rows)[4]) {
-  typedef Register<float>::Bits Pick;
-  constexpr Pick kLow{0, 4, 1, 5}, kHigh{2, 6, 3, 7};
-  const Floats a = __builtin_shuffle(rows[0], rows[2], kLow),
-               b = __builtin_shuffle(rows[1], rows[3], kLow),
-               c = __builtin_shuffle(rows[0], rows[2], kHigh),
-               d = __builtin_shuffle(rows[1], rows[3], kHigh);
-  rows[0] = __builtin_shuffle(a, b, kLow), rows[1] = __builtin_shuffle(a, b, kHigh);
-  rows[2] = __builtin_shuffle(c, d, kLow), rows[3] = __builtin_shuffle(c, d, kHigh);
 }
 
 [[gnu::always_inline]] inline void gather_part(const char* slots, const unsigned* offset,

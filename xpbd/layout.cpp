@@ -333,8 +333,8 @@ BatchesOf<float> in_single_precision(const Layout& layout) {
   const auto convert_phase = [&](const std::vector<Task>& from, std::vector<Task>& to) {
     for (const Task& task : from) {
       Task made{single.distances.size(), 0, single.bendings.size(), 0, 0, 0};
-      convert(layout.distances_of(task), single.distances);
-      convert(layout.bendings_of(task), single.bendings);
+      convert(distances_of(layout, task), single.distances);
+      convert(bendings_of(layout, task), single.bendings);
       made.last_distance = single.distances.size();
       made.last_bending = single.bendings.size();
       to.push_back(made);

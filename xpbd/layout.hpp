@@ -24,19 +24,6 @@ struct BatchesOf {
   std::vector<DistanceBatchOf<Real>> distances;
   std::vector<BendingBatchOf<Real>> bendings;
   std::vector<Task> within, between;  ///< the two phases
-
-  std::span<DistanceBatchOf<Real>> distances_of(const Task& t) {
-    return std::span(distances).subspan(t.first_distance, t.last_distance - t.first_distance);
-  }
-  std::span<const DistanceBatchOf<Real>> distances_of(const Task& t) const {
-    return std::span(distances).subspan(t.first_distance, t.last_distance - t.first_distance);
-  }
-  std::span<BendingBatchOf<Real>> bendings_of(const Task& t) {
-    return std::span(bendings).subspan(t.first_bending, t.last_bending - t.first_bending);
-  }
-  std::span<const BendingBatchOf<Real>> bendings_of(const Task& t) const {
-    return std::span(bendings).subspan(t.first_bending, t.last_bending - t.first_bending);
-  }
 };
 
 /// Vertices are numbered by breadth-first levels, which every constraint spans by at most one, and
@@ -46,14 +33,21 @@ struct Layout : BatchesOf<double> {
   std::vector<int> original;  ///< vertex number in the sheet, by number here
   std::vector<int> number;    ///< the inverse
   std::vector<TriangleBatch> triangles;
-
-  std::span<const TriangleBatch> triangles_of(const Task& t) const {
-    return std::span(triangles).subspan(t.first_triangle, t.last_triangle - t.first_triangle);
-  }
-  std::span<TriangleBatch> triangles_of(const Task& t) {
-    return std::span(triangles).subspan(t.first_triangle, t.last_triangle - t.first_triangle);
-  }
 };
+
+/// The batches of one task; those of a const layout are const.
+template <class Batches>
+auto distances_of(Batches& all, const Task& t) {
+  return std::span(all.distances).subspan(t.first_distance, t.last_distance - t.first_distance);
+}
+template <class Batches>
+auto bendings_of(Batches& all, const Task& t) {
+  return std::span(all.bendings).subspan(t.first_bending, t.last_bending - t.first_bending);
+}
+template <class Batches>
+auto triangles_of(Batches& all, const Task& t) {
+  return std::span(all.triangles).subspan(t.first_triangle, t.last_triangle - t.first_triangle);
+}
 
 Layout make_layout(const Sheet& sheet);
 

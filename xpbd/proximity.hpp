@@ -14,14 +14,14 @@ struct Nearest {
   std::array<double, 4> weights{};  ///< of the four vertices, so that their sum is `offset`
 };
 
-/// Of a point x and the triangle (a, b, c); weights of (x, a, b, c). Voronoi regions after Ericson,
-/// Real-Time Collision Detection (2005), 5.1.5.
+/// Of a point x and the triangle (a, b, c); weights of (x, a, b, c).
 Nearest point_triangle(const Vec3& x, const Vec3& a, const Vec3& b, const Vec3& c);
 
 /// Of a point x and the segment (a, b); weights of (x, a, b).
 Nearest point_segment(const Vec3& x, const Vec3& a, const Vec3& b);
 
-/// Of the segments (p, q) and (r, s); weights of (p, q, r, s). The same, 5.1.9.
+/// Of the segments (p, q) and (r, s); weights of (p, q, r, s). After Ericson, Real-Time Collision
+/// Detection (2005), 5.1.9.
 Nearest segment_segment(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s);
 
 }  // namespace vstent::xpbd

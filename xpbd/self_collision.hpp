@@ -71,8 +71,6 @@ class SelfCollision {
   void forget();
 
   std::size_t watched() const { return near_.vertices.size() + edge_pairs_.size(); }
-  /// Pairs that are as good as grown together at rest: they are not kept apart.
-  std::size_t joined() const { return joined_.size(); }
 
  private:
   // Of the distance to what must not be met: less than half, for both may move.
@@ -135,7 +133,8 @@ class SelfCollision {
   std::vector<double> edge_reach_, edge_stiffness_;  // by edge: mm; root of k times width
   double step_ = 0, wide_ = 0;                       // mm: balls of what is and is not near others
   double search_ = 0, edge_search_ = 0;              // mm
-  std::vector<std::array<int, 3>> joined_;           // vertex or edge, other, of edges; sorted
+  // Vertex or edge, other, of edges; sorted: as good as grown together at rest, not kept apart.
+  std::vector<std::array<int, 3>> joined_;
 
   std::vector<Vec3> reference_;               // places at the look
   std::vector<double> balls_, pushed_balls_;  // mm

@@ -7,6 +7,7 @@
 #include <map>
 #include <numbers>
 
+#include "deployment/stent_model.hpp"
 #include "sdf/polyline.hpp"
 #include "stents/axis.hpp"
 #include "tests/deployment/whole_run.hpp"
@@ -244,6 +245,10 @@ TEST(IdealVessel, FrictionHoldsTheWallWhereItTouches) {
     EXPECT_TRUE(r.outcome.converged);
     EXPECT_EQ(r.metrics.inverted_triangles, 0u);
     EXPECT_NEAR(r.metrics.opened_mean_over_target, 1, 0.005);
+    // What pictures and saved steps are chosen by.
+    const auto growing = std::count_if(r.outcome.history.begin(), r.outcome.history.end(),
+                                       [](const StepRecord& record) { return !record.settling; });
+    EXPECT_EQ(growing, growth_steps(r.setup));
     motions.push_back(axial_motion(r));
     std::printf("friction %.2f: %.3f mm along the vessel\n", coefficient, motions.back());
   }

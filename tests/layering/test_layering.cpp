@@ -26,7 +26,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
       "measure"}},
 };
 // Plain geometry, shared by all.
-const std::set<std::string> kShared = {"sdf/geometry.hpp", "sdf/polyline.hpp"};
+const std::set<std::string> kShared = {"sdf/geometry.hpp", "sdf/nearest.hpp", "sdf/polyline.hpp"};
 
 struct Include {
   fs::path file;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <span>
 #include <vector>
 
 #include "xpbd/solver.hpp"
@@ -102,6 +103,13 @@ inline std::vector<xpbd::Contact> cylinder_contacts(std::span<const Vec3> positi
     contacts.push_back({static_cast<int>(i), normal, radius, stiffness});
   }
   return contacts;
+}
+
+/// Energy (N mm) of the sheet at places of one's choosing.
+inline double energy_at(const xpbd::Sheet& sheet, std::span<const Vec3> places) {
+  xpbd::Solver solver(sheet);
+  solver.set_positions(places);
+  return solver.balance({}, 0).energy;
 }
 
 inline double distance_from_axis(const Vec3& p) { return std::hypot(p.x(), p.y()); }

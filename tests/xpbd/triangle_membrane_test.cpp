@@ -76,12 +76,6 @@ TEST(MembraneLaw, GivesItsOwnDerivatives) {
       }
 }
 
-double energy_at(const Sheet& sheet, const std::vector<Vec3>& places) {
-  xpbd::Solver solver(sheet);
-  solver.set_positions(places);
-  return solver.balance({}, 0).energy;
-}
-
 // Whatever the triangles' shapes are: an even strain is represented exactly.
 TEST(TriangleMembrane, HasTheModuliOfAnIsotropicSheetOnAnyTriangles) {
   Mesh mesh = make_patch(9, 9, 0.5);
@@ -117,26 +111,6 @@ TEST(TriangleMembrane, HasTheModuliOfAnIsotropicSheetOnAnyTriangles) {
     EXPECT_NEAR(density(1, 1, 0) - density(1, 0, 0) - density(0, 1, 0), c12, 1e-4 * c11);
     EXPECT_NEAR(density(0, 0, 1), 2 * c66, 1e-4 * c11);
   }
-}
-
-TEST(TriangleMembrane, IsAtRestAtRestAndUnmovedByRigidMotion) {
-  const Mesh mesh = make_tube({.length = 10, .narrowing = 0.4, .jitter = 0.2});
-  Sheet sheet =
-      xpbd::make_sheet(mesh.points, mesh.triangles, mesh.pinned, xpbd::Membrane{.model = kModel});
-  EXPECT_LT(energy_at(sheet, mesh.points), 1e-20);
-  std::mt19937 random(5);
-  auto bent = mesh.points;
-  for (Vec3& p : bent) p += 0.1 * random_vector(random);
-  const double energy = energy_at(sheet, bent);
-  const Eigen::Quaterniond turn = random_rotation(random);
-  for (Vec3& p : bent) p = turn * p + Vec3(300, -200, 1000);
-  EXPECT_NEAR(energy_at(sheet, bent) / energy, 1, 1e-9);
-
-  xpbd::scale_masses(sheet, 1, 0.5);
-  xpbd::Solver solver(sheet);
-  for (int step = 0; step < 200; ++step) solver.step({}, {.iterations = 3});
-  for (std::size_t i = 0; i < mesh.points.size(); ++i)
-    EXPECT_LT((solver.positions()[i] - mesh.points[i]).norm(), 1e-11);
 }
 
 TEST(TriangleMembrane, SqueezedFlatStaysFinite) {

@@ -1,13 +1,9 @@
-// Does a surface pass through itself, and how is it led somewhere without doing so?
+// How a surface is led somewhere without passing through itself.
 #pragma once
 
 #include "xpbd/sheet.hpp"
 
 namespace vstent::xpbd {
-
-/// Edges through triangles that are not beside them on the surface (as SelfCollision has it).
-std::size_t crossings(const SurfaceOfWall& surface, std::span<const Vec3> rest,
-                      std::span<const Vec3> places);
 
 /// Leads the sheet from rest towards `target`, as far as it goes without passing through itself:
 /// all at the same pace while they can, then each as far as it comes. By vertex.
