@@ -1,5 +1,7 @@
 #include "deployment/wall_levels.hpp"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -109,8 +111,8 @@ Prolongation::Prolongation(const WallMesh& coarse, const WallMesh& fine)
   for (const Triangle& t : fine.triangles)
     for (const int v : t) normals[at(v)] += area_normal(fine.points, t);
   const sdf::BoxTree tree(boxes);
-  for (std::size_t v = 0; v < rest_.size(); ++v) {
-    if (fine.pinned[v]) continue;
+  tbb::parallel_for(std::size_t{0}, rest_.size(), [&](std::size_t v) {
+    if (fine.pinned[v]) return;
     const auto weights = [&](int triangle) {
       const Triangle& t = coarse.triangles[at(triangle)];
       return nearest_on_triangle(rest_[v], coarse.points[at(t[0])], coarse.points[at(t[1])],
@@ -126,21 +128,21 @@ Prolongation::Prolongation(const WallMesh& coarse, const WallMesh& fine)
                                                       : std::numeric_limits<double>::infinity();
     });
     if (found.item < 0) found = tree.nearest(rest_[v], squared_distance);
-    if (found.item < 0 || !(facing[at(found.item)].squaredNorm() > 0)) continue;
+    if (found.item < 0 || !(facing[at(found.item)].squaredNorm() > 0)) return;
     const Triangle& corners = coarse.triangles[at(found.item)];
     anchors_[v] = {corners, weights(found.item),
                    frame(coarse.points, corners).transpose() * offset(found.item)};
-  }
+  });
 }
 
 std::vector<Vec3> Prolongation::operator()(std::span<const Vec3> coarse_positions) const {
   std::vector<Vec3> fine(rest_);
-  for (std::size_t v = 0; v < fine.size(); ++v) {
+  tbb::parallel_for(std::size_t{0}, fine.size(), [&](std::size_t v) {
     const Anchor& anchor = anchors_[v];
-    if (anchor.corners[0] < 0) continue;
+    if (anchor.corners[0] < 0) return;
     fine[v] = weighted(coarse_positions, anchor.corners, anchor.weights) +
               frame(coarse_positions, anchor.corners) * anchor.offset;
-  }
+  });
   return fine;
 }
 

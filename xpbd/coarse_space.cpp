@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "xpbd/neighbourhoods.hpp"
 #include "xpbd/parallel.hpp"
@@ -15,7 +14,7 @@ namespace {
 // particles. Measured on a coarctation of 14k particles, iterations to 2e-4: 227 with 80, 162 with
 // 40, 132 with 20.
 constexpr double kMembers = 20;
-constexpr double kMostNeighbourhoods = 1500;
+constexpr int kMostFactorised = 1500;
 // Of a held particle's stiffness along its normal, over that of a spring.
 constexpr double kHeld = 100;
 // Share of a neighbourhood's own stiffness that keeps the factorisation from failing where nothing
@@ -39,7 +38,8 @@ Rigid rigid(const Vec3& arm) {
 
 }  // namespace
 
-CoarseSpace::CoarseSpace(const ElasticSheet& sheet, std::span<const Slot> particles) {
+CoarseSpace::CoarseSpace(const ElasticSheet& sheet, std::span<const Slot> particles)
+    : solver_(kMostFactorised) {
   std::vector<GraphEdge> edges;
   for_each_distance(sheet.layout, [&](int i, int j, double length, double) {
     edges.push_back({i, j, length});
@@ -55,10 +55,8 @@ CoarseSpace::CoarseSpace(const ElasticSheet& sheet, std::span<const Slot> partic
   std::vector<int> free;
   for (std::size_t k = 0; k < sheet.free.size(); ++k)
     if (sheet.free[k]) free.push_back(static_cast<int>(k));
-  const double members =
-      std::max(kMembers, static_cast<double>(particles.size()) / kMostNeighbourhoods);
   // A neighbourhood of this spacing owns about as much as so many particles of an even mesh.
-  home_ = find_neighbourhoods(graph, free, std::sqrt(members) * graph.mean_length).home;
+  home_ = find_neighbourhoods(graph, free, std::sqrt(kMembers) * graph.mean_length).home;
   const int homes = home_.empty() ? 0 : 1 + *std::max_element(home_.begin(), home_.end());
   first_.assign(at(homes) + 1, 0);
   for (const int h : home_)
@@ -68,15 +66,15 @@ CoarseSpace::CoarseSpace(const ElasticSheet& sheet, std::span<const Slot> partic
   std::vector<int> next(first_.begin(), first_.end() - 1);
   for (std::size_t k = 0; k < home_.size(); ++k)
     if (home_[k] >= 0) members_[at(next[at(home_[k])]++)] = static_cast<int>(k);
-  centres_.resize(at(homes));
+  stiffness_.centres.resize(at(homes));
   arms_.assign(particles.size(), Vec3::Zero());
 
-  std::vector<std::set<int>> beside(at(homes));
+  std::vector<std::pair<int, int>> beside;
   const auto join = [&](int i, int j) {
     const int a = home_[at(i)], b = home_[at(j)];
-    if (a >= 0 && b >= 0) beside[at(std::max(a, b))].insert(std::min(a, b));
+    if (a >= 0 && b >= 0 && a != b) beside.emplace_back(std::max(a, b), std::min(a, b));
   };
-  for (int h = 0; h < homes; ++h) beside[at(h)].insert(h);
+  for (int h = 0; h < homes; ++h) beside.emplace_back(h, h);
   for_each_distance(sheet.layout, [&](int i, int j, double, double) { join(i, j); });
   for_each_bending(sheet.layout, [&](const std::array<int, 4>& v, double, double) {
     for (std::size_t k = 0; k < 4; ++k)
@@ -86,13 +84,7 @@ CoarseSpace::CoarseSpace(const ElasticSheet& sheet, std::span<const Slot> partic
                     [&](const std::array<int, 3>& v, const TriangleBatch&, std::size_t) {
                       for (std::size_t k = 0; k < 3; ++k) join(v[k], v[(k + 1) % 3]);
                     });
-  first_neighbour_.push_back(0);
-  for (const std::set<int>& of_one : beside) {
-    neighbours_.insert(neighbours_.end(), of_one.begin(), of_one.end());
-    first_neighbour_.push_back(static_cast<int>(neighbours_.size()));
-  }
-  blocks_.resize(neighbours_.size());
-  matrix_.resize(6 * homes, 6 * homes);
+  stiffness_.set_neighbours(std::move(beside));
 }
 
 template <int kRows, std::size_t kVertices>
@@ -115,13 +107,8 @@ void CoarseSpace::add_square(
   }
   for (std::size_t k = 0; k < different; ++k)
     for (std::size_t l = 0; l < different; ++l)
-      if (homes[k] >= homes[l]) block(homes[k], homes[l]) += turning[k].transpose() * turning[l];
-}
-
-CoarseSpace::Matrix6& CoarseSpace::block(int a, int b) {
-  const auto begin = neighbours_.begin() + first_neighbour_[at(a)];
-  const auto end = neighbours_.begin() + first_neighbour_[at(a) + 1];
-  return blocks_[static_cast<std::size_t>(std::lower_bound(begin, end, b) - neighbours_.begin())];
+      if (homes[k] >= homes[l])
+        stiffness_.block(homes[k], homes[l]) += turning[k].transpose().lazyProduct(turning[l]);
 }
 
 /// Neighbourhoods that links join become neighbours.
@@ -132,24 +119,13 @@ void CoarseSpace::make_room(std::span<const Link> links) {
       for (std::size_t l = 0; l < 4; ++l) {
         const int a = home_[at(link.particles[k])], b = home_[at(link.particles[l])];
         if (b < 0 || a <= b) continue;
-        const auto begin = neighbours_.begin() + first_neighbour_[at(a)];
-        const auto end = neighbours_.begin() + first_neighbour_[at(a) + 1];
-        if (!std::binary_search(begin, end, b)) missing.emplace_back(a, b);
+        if (!stiffness_.are_neighbours(a, b)) missing.emplace_back(a, b);
       }
   if (missing.empty()) return;
   for (int a = 0; a < neighbourhoods(); ++a)
-    for (int n = first_neighbour_[at(a)]; n < first_neighbour_[at(a) + 1]; ++n)
-      missing.emplace_back(a, neighbours_[at(n)]);
-  std::sort(missing.begin(), missing.end());
-  missing.erase(std::unique(missing.begin(), missing.end()), missing.end());
-  neighbours_.clear();
-  first_neighbour_.assign(centres_.size() + 1, 0);
-  for (const auto& [a, b] : missing) {
-    neighbours_.push_back(b);
-    ++first_neighbour_[at(a) + 1];
-  }
-  for (std::size_t a = 0; a < centres_.size(); ++a) first_neighbour_[a + 1] += first_neighbour_[a];
-  blocks_.resize(neighbours_.size());
+    for (int n = stiffness_.first[at(a)]; n < stiffness_.first[at(a) + 1]; ++n)
+      missing.emplace_back(a, stiffness_.neighbours[at(n)]);
+  stiffness_.set_neighbours(std::move(missing));
   analysed_ = false;
 }
 
@@ -165,24 +141,25 @@ void CoarseSpace::add(std::span<const Link> links) {
     for (std::size_t k = 0; k < 4; ++k)
       for (std::size_t l = 0; l < 4; ++l)
         if (homes[l] >= 0 && homes[k] >= homes[l])
-          block(homes[k], homes[l]) += link.stiffness * turning[k] * turning[l].transpose();
+          stiffness_.block(homes[k], homes[l]) +=
+              link.stiffness * turning[k] * turning[l].transpose();
   }
 }
 
 void CoarseSpace::update(const ElasticSheet& sheet, std::span<const Slot> particles,
                          std::span<const Vec3> held, std::span<const Link> links) {
-  if (centres_.empty()) return;
+  if (stiffness_.centres.empty()) return;
   make_room(links);
-  side_by_side(centres_.size(), [&](std::size_t h) {
+  side_by_side(stiffness_.centres.size(), [&](std::size_t h) {
     Vec3 sum = Vec3::Zero();
     for (int m = first_[h]; m < first_[h + 1]; ++m) sum += place(particles[at(members_[at(m)])]);
-    centres_[h] = sum / (first_[h + 1] - first_[h]);
+    stiffness_.centres[h] = sum / (first_[h + 1] - first_[h]);
     for (int m = first_[h]; m < first_[h + 1]; ++m) {
       const std::size_t k = at(members_[at(m)]);
-      arms_[k] = place(particles[k]) - centres_[h];
+      arms_[k] = place(particles[k]) - stiffness_.centres[h];
     }
   });
-  for (Matrix6& b : blocks_) b.setZero();
+  for (Matrix6& b : stiffness_.blocks) b.setZero();
 
   std::vector<double> own(particles.size(), 0.0);
   for_each_distance(sheet.layout, [&](int i, int j, double rest, double stiffness) {
@@ -200,14 +177,16 @@ void CoarseSpace::update(const ElasticSheet& sheet, std::span<const Slot> partic
     if (a == b) {
       if (a < 0 || across == 0) return;
       const Rigid apart = rigid(arms_[at(j)]) - rigid(arms_[at(i)]);
-      block(a, a) += apart.transpose() * spring * apart;
+      stiffness_.block(a, a) += apart.transpose() * spring * apart;
       return;
     }
-    if (a >= 0) block(a, a) += rigid(arms_[at(i)]).transpose() * spring * rigid(arms_[at(i)]);
-    if (b >= 0) block(b, b) += rigid(arms_[at(j)]).transpose() * spring * rigid(arms_[at(j)]);
+    if (a >= 0)
+      stiffness_.block(a, a) += rigid(arms_[at(i)]).transpose() * spring * rigid(arms_[at(i)]);
+    if (b >= 0)
+      stiffness_.block(b, b) += rigid(arms_[at(j)]).transpose() * spring * rigid(arms_[at(j)]);
     if (a < 0 || b < 0) return;
     const auto [upper, lower] = a > b ? std::pair{i, j} : std::pair{j, i};
-    block(std::max(a, b), std::min(a, b)) -=
+    stiffness_.block(std::max(a, b), std::min(a, b)) -=
         rigid(arms_[at(upper)]).transpose() * spring * rigid(arms_[at(lower)]);
   });
   for_each_bending(sheet.layout, [&](const std::array<int, 4>& v, double, double stiffness) {
@@ -240,37 +219,28 @@ void CoarseSpace::update(const ElasticSheet& sheet, std::span<const Slot> partic
     if (support == 0 && held[k].isZero()) continue;
     const Eigen::Matrix3d stiffness =
         support * Eigen::Matrix3d::Identity() + kHeld * own[k] * held[k] * held[k].transpose();
-    block(home_[k], home_[k]) += rigid(arms_[k]).transpose() * stiffness * rigid(arms_[k]);
+    stiffness_.block(home_[k], home_[k]) +=
+        rigid(arms_[k]).transpose() * stiffness * rigid(arms_[k]);
   }
 
   add(links);
 
-  std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(36 * blocks_.size());
-  for (int a = 0; a < neighbourhoods(); ++a)
-    for (int n = first_neighbour_[at(a)]; n < first_neighbour_[at(a) + 1]; ++n) {
-      const int b = neighbours_[at(n)];
-      Matrix6 values = blocks_[at(n)];
-      if (a == b) {
-        const double shift = values.diagonal().head<3>().maxCoeff();
-        const double turn = values.diagonal().tail<3>().maxCoeff();
-        values.diagonal().head<3>().array() += kLeast * shift + 1e-300;
-        values.diagonal().tail<3>().array() += kLeast * turn + 1e-300;
-      }
-      for (int r = 0; r < 6; ++r)
-        for (int c = 0; c < 6; ++c)
-          if (a != b || r >= c) entries.emplace_back(6 * a + r, 6 * b + c, values(r, c));
-    }
-  matrix_.setFromTriplets(entries.begin(), entries.end());
-  if (!analysed_) factors_.analyzePattern(matrix_);
+  for (int a = 0; a < neighbourhoods(); ++a) {
+    Matrix6& values = stiffness_.block(a, a);
+    const double shift = values.diagonal().head<3>().maxCoeff();
+    const double turn = values.diagonal().tail<3>().maxCoeff();
+    values.diagonal().head<3>().array() += kLeast * shift + 1e-300;
+    values.diagonal().tail<3>().array() += kLeast * turn + 1e-300;
+  }
+  if (!analysed_) solver_.analyse(stiffness_);
   analysed_ = true;
-  factors_.factorize(matrix_);
+  succeeded_ = solver_.factorise(stiffness_);
 }
 
 void CoarseSpace::add_answer(std::span<const Vec3> forces, std::span<Vec3> moves) const {
-  if (centres_.empty() || factors_.info() != Eigen::Success) return;
+  if (stiffness_.centres.empty() || !succeeded_) return;
   Eigen::VectorXd gathered(6 * neighbourhoods());
-  side_by_side(centres_.size(), [&](std::size_t h) {
+  side_by_side(stiffness_.centres.size(), [&](std::size_t h) {
     Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
     for (int m = first_[h]; m < first_[h + 1]; ++m) {
       const std::size_t k = at(members_[at(m)]);
@@ -279,7 +249,7 @@ void CoarseSpace::add_answer(std::span<const Vec3> forces, std::span<Vec3> moves
     }
     gathered.segment<6>(6 * static_cast<Eigen::Index>(h)) << force, torque;
   });
-  const Eigen::VectorXd motion = factors_.solve(gathered);
+  const Eigen::VectorXd motion = solver_.solve(stiffness_, gathered);
   for_each_particle(moves.size(), [&](std::size_t k, std::size_t) {
     if (home_[k] < 0) return;
     const Eigen::Index first = 6 * home_[k];

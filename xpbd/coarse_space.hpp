@@ -2,10 +2,10 @@
 // only edge by edge.
 #pragma once
 
-#include <Eigen/SparseCholesky>
 #include <vector>
 
 #include "xpbd/elastic_sheet.hpp"
+#include "xpbd/rigid_stiffness.hpp"
 
 namespace vstent::xpbd {
 
@@ -25,12 +25,9 @@ class CoarseSpace {
   /// Adds the answer to `forces` to `moves`; both by particle.
   void add_answer(std::span<const Vec3> forces, std::span<Vec3> moves) const;
 
-  int neighbourhoods() const { return static_cast<int>(centres_.size()); }
+  int neighbourhoods() const { return stiffness_.bodies(); }
 
  private:
-  using Matrix6 = Eigen::Matrix<double, 6, 6>;
-
-  Matrix6& block(int a, int b);
   void make_room(std::span<const Link> links);
   void add(std::span<const Link> links);
 
@@ -39,16 +36,13 @@ class CoarseSpace {
   void add_square(const std::array<int, kVertices>& vertices,
                   const std::array<Eigen::Matrix<double, kRows, 3>, kVertices>& matrices);
 
-  std::vector<int> home_;                          // neighbourhood of each particle, -1: none
-  std::vector<int> first_;                         // of each neighbourhood in members_
-  std::vector<int> members_;                       // particles, by neighbourhood
-  std::vector<Vec3> centres_;                      // by neighbourhood
-  std::vector<Vec3> arms_;                         // from its centre, by particle
-  std::vector<int> first_neighbour_, neighbours_;  // b <= a of each neighbourhood a, ascending
-  std::vector<Matrix6> blocks_;                    // the lower half, beside neighbours_
-  Eigen::SparseMatrix<double> matrix_;
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors_;
-  bool analysed_ = false;
+  std::vector<int> home_;     // neighbourhood of each particle, -1: none
+  std::vector<int> first_;    // of each neighbourhood in members_
+  std::vector<int> members_;  // particles, by neighbourhood
+  std::vector<Vec3> arms_;    // from its centre, by particle
+  RigidStiffness stiffness_;  // of neighbourhoods
+  RigidSolver solver_;
+  bool analysed_ = false, succeeded_ = false;
 };
 
 }  // namespace vstent::xpbd

@@ -1,5 +1,7 @@
 #include "xpbd/equilibrium.hpp"
 
+#include <tbb/parallel_invoke.h>
+
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -243,10 +245,10 @@ struct Equilibrium::Implementation {
       weigh();
       friction->add_links(now.particles, links);
     }
-    softness = measure_softness(elastic, now.particles, links);
     for (std::size_t k = 0; k < count; ++k)
       held_normals[k] = held[k] ? now.normals[k] : Vec3::Zero();
-    coarse.update(elastic, now.particles, held_normals, links);
+    tbb::parallel_invoke([&] { softness = measure_softness(elastic, now.particles, links); },
+                         [&] { coarse.update(elastic, now.particles, held_normals, links); });
     since_renewal = 0;
     pushing_at_renewal = now.pushing;
     restart = true;
