@@ -33,17 +33,17 @@ TriangleMesh stent_surface(const deployment::Setup& setup, const deployment::Ste
 }
 
 void draw_stages(const deployment::Setup& setup, const deployment::Outcome& outcome,
-                 std::span<const Vec3> midway, const std::filesystem::path& png) {
+                 const Midway& midway, const std::filesystem::path& png) {
   const auto stent_at = [&](double expansion) {
     return stent_surface(setup,
                          deployment::shape_of(setup, deployment::stent_state(setup, expansion)));
   };
   const TriangleMesh& before = setup.surface.mesh;
   std::vector<Panel> panels{{"before", before, stent_at(0)},
-                            {"midway", before, stent_at(0.5)},
+                            {"midway", before, stent_at(midway.expansion)},
                             {"after", before, stent_surface(setup, outcome.stent)}};
-  for (std::size_t i = 0; i < midway.size(); ++i)
-    panels[1].wall.points[static_cast<std::size_t>(setup.region.vertices[i])] = midway[i];
+  for (std::size_t i = 0; i < midway.patch.size(); ++i)
+    panels[1].wall.points[static_cast<std::size_t>(setup.region.vertices[i])] = midway.patch[i];
   panels[2].wall.points = outcome.positions;
   draw_panels(setup, panels, png);
 }

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "deployment/deploy.hpp"
 
@@ -20,8 +21,14 @@ void draw_panels(const deployment::Setup& placed, std::span<const Panel> panels,
 
 TriangleMesh stent_surface(const deployment::Setup& setup, const deployment::StentShape& stent);
 
-/// Wall and stent before, midway and after. `midway` holds the patch's vertices at half expansion.
+/// A step about half way.
+struct Midway {
+  double expansion = 0.5;   ///< 0 start radius .. 1 nominal
+  std::vector<Vec3> patch;  ///< its vertices then
+};
+
+/// Wall and stent before, midway and after.
 void draw_stages(const deployment::Setup& setup, const deployment::Outcome& outcome,
-                 std::span<const Vec3> midway, const std::filesystem::path& png);
+                 const Midway& midway, const std::filesystem::path& png);
 
 }  // namespace vstent::apps

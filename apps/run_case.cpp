@@ -68,7 +68,7 @@ CaseRun run_case(const deployment::Case& specification, const std::filesystem::p
   print_findings(setup);
 
   deployment::StepSaver saver(setup, folder.stage());
-  std::vector<Vec3> midway;
+  Midway midway;
   const int growth = deployment::growth_steps(setup);
   const int save_every = setup.specification.save_steps;
   const auto observe = [&](const deployment::StepRecord& record, std::span<const Vec3> positions) {
@@ -79,7 +79,8 @@ CaseRun run_case(const deployment::Case& specification, const std::filesystem::p
                          record.step, record.residual)
              : formatted("growing: step %.0f of %.0f, radius %.2f mm", record.step, growth,
                          record.radius)));
-    if (record.step == (growth + 1) / 2) midway.assign(positions.begin(), positions.end());
+    if (record.step == (growth + 1) / 2)
+      midway = {record.expansion, {positions.begin(), positions.end()}};
     if (save_every > 0 && !record.settling &&
         (record.step % save_every == 0 || record.step == growth)) {
       saver.save(record, positions);
