@@ -74,6 +74,7 @@ struct Equilibrium::Implementation {
   bool restart = true;
   std::vector<Vec3> positions;
   // Of the particles that may touch.
+  std::vector<std::vector<std::size_t>> near_of_chunk;
   std::vector<std::size_t> near;
   std::vector<Vec3> near_places;
   std::vector<Gap> gaps;
@@ -143,35 +144,47 @@ struct Equilibrium::Implementation {
     return sum([&](std::size_t k) { return a[k].dot(b[k]); });
   }
 
-  /// Puts what lies inside the body, and what is held on it, on its surface.
-  void put_on_surface(State& state) {
-    near.clear();
-    for (std::size_t k = 0; k < count; ++k)
+  /// The particles that may touch, and where they are.
+  void find_near(const State& state) {
+    near_of_chunk.resize(chunks_of(count));
+    for (std::vector<std::size_t>& part : near_of_chunk) part.clear();
+    for_each_particle(count, [&](std::size_t k, std::size_t chunk) {
       if (elastic.free[k] &&
           (held[k] || (place(state.particles[k]) - sampled_at[k]).norm() >= clearance[k]))
-        near.push_back(k);
+        near_of_chunk[chunk].push_back(k);
+    });
+    near.clear();
+    for (const std::vector<std::size_t>& part : near_of_chunk)
+      near.insert(near.end(), part.begin(), part.end());
     near_places.resize(near.size());
-    gaps.resize(near.size());
-    for (std::size_t n = 0; n < near.size(); ++n)
+    for_each_particle(near.size(), [&](std::size_t n, std::size_t) {
       near_places[n] = place(state.particles[near[n]]) + elastic.origin;
+    });
+  }
+
+  /// Puts what lies inside the body, and what is held on it, on its surface.
+  void put_on_surface(State& state) {
+    find_near(state);
+    gaps.resize(near.size());
     field(near_places, gaps);
     std::fill(state.touching.begin(), state.touching.end(), 0);
-    state.kept_inside = 0;
-    for (std::size_t n = 0; n < near.size(); ++n) {
+    std::vector<int> kept_inside(chunks_of(near.size()), 0);
+    for_each_particle(near.size(), [&](std::size_t n, std::size_t chunk) {
       const std::size_t k = near[n];
       const Gap& gap = gaps[n];
       sampled_at[k] = place(state.particles[k]);
       clearance[k] = std::max(0.0, gap.distance);
-      if (gap.normal.isZero() || !(held[k] || gap.distance < 0)) continue;
+      if (gap.normal.isZero() || !(held[k] || gap.distance < 0)) return;
       Vec3 on_surface = sampled_at[k] - gap.distance * gap.normal;
       const bool kept = collision && collision->keep_pushed(k, on_surface);
-      state.kept_inside += kept;
+      kept_inside[chunk] += kept;
       state.touching[k] = !kept;
       state.normals[k] = gap.normal;
       put(state.particles[k], on_surface);
       sampled_at[k] = on_surface;
       clearance[k] = 0;
-    }
+    });
+    state.kept_inside = std::accumulate(kept_inside.begin(), kept_inside.end(), 0);
   }
 
   void visit(State& state) {
