@@ -10,9 +10,9 @@
 namespace vstent::xpbd {
 
 /// A coarse model of the sheet: free particles are gathered into neighbourhoods that move rigidly.
-/// Answers a field of forces with the motion of neighbourhoods that balances it, from a sparse
-/// factorisation: the coarse half of a two-level preconditioner (additive Schwarz with the
-/// nullspace of an unsupported shell, as in smoothed aggregation; Vanek, Mandel & Brezina 1996).
+/// Answers a field of forces with the motion of neighbourhoods that balances it, as RigidSolver
+/// does: the coarse half of a two-level preconditioner (additive Schwarz with the nullspace of an
+/// unsupported shell, as in smoothed aggregation; Vanek, Mandel & Brezina 1996).
 class CoarseSpace {
  public:
   CoarseSpace(const ElasticSheet& sheet, std::span<const Slot> particles);

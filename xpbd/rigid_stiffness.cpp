@@ -69,7 +69,7 @@ void RigidStiffness::set_neighbours(std::vector<std::pair<int, int>> pairs) {
     ++first[at(a) + 1];
   }
   std::partial_sum(first.begin(), first.end(), first.begin());
-  blocks.resize(neighbours.size());
+  blocks.assign(neighbours.size(), Matrix6::Zero());
 }
 
 void RigidSolver::analyse(const RigidStiffness& stiffness) {

@@ -23,7 +23,7 @@ struct RigidStiffness {
   bool are_neighbours(int a, int b) const;  ///< b <= a
   /// Of bodies b <= a that are neighbours.
   Matrix6& block(int a, int b);
-  /// Makes these pairs (a, b), b <= a, neighbours and no others; blocks are left unset.
+  /// Makes these pairs (a, b), b <= a, neighbours and no others; all blocks are zero then.
   void set_neighbours(std::vector<std::pair<int, int>> pairs);
 };
 

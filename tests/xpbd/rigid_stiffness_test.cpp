@@ -34,7 +34,6 @@ struct Plate {
         if (i > 0) pairs.emplace_back(body, body - kColumns);
       }
     stiffness.set_neighbours(pairs);
-    for (Matrix6& block : stiffness.blocks) block.setZero();
     stiffness.block(0, 0) += Matrix6::Identity();
     for (const auto& [a, b] : pairs) {
       if (a == b) continue;
