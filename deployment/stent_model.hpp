@@ -44,8 +44,8 @@ sdf::Solid envelope_of(const Setup& setup, const StentState& state, double inset
 StentState inflated(const Setup& setup, StentState state, double expansion);
 
 /// Steps in which the stent, or its balloon, grows: none may move its surface by more than
-/// growth_per_step; with friction, where the wall is in balance at each, a tenth as many, but ten.
-/// \throws Error (usage) more than a million
+/// growth_per_step; with friction, where the wall is in balance at each, a tenth as many, at least
+/// ten. \throws Error (usage) more than a million
 int growth_steps(const Setup& setup);
 
 /// The straight stent of this design with the nominal outer radii of `tube`, or on the way to it

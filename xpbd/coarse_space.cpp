@@ -22,21 +22,6 @@ constexpr double kHeld = 100;
 // holds it.
 constexpr double kLeast = 1e-8;
 
-Eigen::Matrix3d cross_matrix(const Vec3& v) {
-  Eigen::Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
-using Rigid = Eigen::Matrix<double, 3, 6>;
-
-/// What a neighbourhood's shift and turn move a particle on this arm by: t + w x arm.
-Rigid rigid(const Vec3& arm) {
-  Rigid motion;
-  motion << Eigen::Matrix3d::Identity(), -cross_matrix(arm);
-  return motion;
-}
-
 }  // namespace
 
 CoarseSpace::CoarseSpace(const ElasticSheet& sheet, std::span<const Slot> particles)
@@ -104,7 +89,7 @@ void CoarseSpace::add_square(
       homes[different] = home;
       turning[different++].setZero();
     }
-    turning[slot] += matrices[k] * rigid(arms_[at(vertices[k])]);
+    turning[slot] += matrices[k] * motion_on(arms_[at(vertices[k])]);
   }
   for (std::size_t k = 0; k < different; ++k)
     for (std::size_t l = 0; l < different; ++l)
@@ -137,7 +122,8 @@ void CoarseSpace::add(std::span<const Link> links) {
     std::array<int, 4> homes;
     for (std::size_t k = 0; k < 4; ++k) {
       homes[k] = home_[at(link.particles[k])];
-      turning[k] = rigid(arms_[at(link.particles[k])]).transpose() * link.weights[k] * link.normal;
+      turning[k] =
+          motion_on(arms_[at(link.particles[k])]).transpose() * link.weights[k] * link.normal;
     }
     for (std::size_t k = 0; k < 4; ++k)
       for (std::size_t l = 0; l < 4; ++l)
@@ -177,18 +163,20 @@ void CoarseSpace::update(const ElasticSheet& sheet, std::span<const Slot> partic
         stiffness * (along + across * (Eigen::Matrix3d::Identity() - along));
     if (a == b) {
       if (a < 0 || across == 0) return;
-      const Rigid apart = rigid(arms_[at(j)]) - rigid(arms_[at(i)]);
+      const Matrix36 apart = motion_on(arms_[at(j)]) - motion_on(arms_[at(i)]);
       stiffness_.block(a, a) += apart.transpose() * spring * apart;
       return;
     }
     if (a >= 0)
-      stiffness_.block(a, a) += rigid(arms_[at(i)]).transpose() * spring * rigid(arms_[at(i)]);
+      stiffness_.block(a, a) +=
+          motion_on(arms_[at(i)]).transpose() * spring * motion_on(arms_[at(i)]);
     if (b >= 0)
-      stiffness_.block(b, b) += rigid(arms_[at(j)]).transpose() * spring * rigid(arms_[at(j)]);
+      stiffness_.block(b, b) +=
+          motion_on(arms_[at(j)]).transpose() * spring * motion_on(arms_[at(j)]);
     if (a < 0 || b < 0) return;
     const auto [upper, lower] = a > b ? std::pair{i, j} : std::pair{j, i};
     stiffness_.block(std::max(a, b), std::min(a, b)) -=
-        rigid(arms_[at(upper)]).transpose() * spring * rigid(arms_[at(lower)]);
+        motion_on(arms_[at(upper)]).transpose() * spring * motion_on(arms_[at(lower)]);
   });
   for_each_bending(sheet.layout, [&](const std::array<int, 4>& v, double, double stiffness) {
     const auto home = [&](std::size_t k) { return home_[at(v[k])]; };
@@ -221,7 +209,7 @@ void CoarseSpace::update(const ElasticSheet& sheet, std::span<const Slot> partic
     const Eigen::Matrix3d stiffness =
         support * Eigen::Matrix3d::Identity() + kHeld * own[k] * held[k] * held[k].transpose();
     stiffness_.block(home_[k], home_[k]) +=
-        rigid(arms_[k]).transpose() * stiffness * rigid(arms_[k]);
+        motion_on(arms_[k]).transpose() * stiffness * motion_on(arms_[k]);
   }
 
   add(links);

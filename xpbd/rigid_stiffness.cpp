@@ -19,10 +19,10 @@ using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 Eigen::Index six(int body) { return 6 * static_cast<Eigen::Index>(body); }
 
-/// What a group's shift and turn move a body on this arm by.
+/// What a group's shift and turn move a body on this arm by: it turns with the group.
 Matrix6 carried(const Vec3& arm) {
   Matrix6 motion = Matrix6::Identity();
-  motion.topRightCorner<3, 3>() << 0, arm.z(), -arm.y(), -arm.z(), 0, arm.x(), arm.y(), -arm.x(), 0;
+  motion.topRows<3>() = motion_on(arm);
   return motion;
 }
 
@@ -47,6 +47,14 @@ void take_entries(const RigidStiffness& stiffness, Eigen::SparseMatrix<double>& 
 }
 
 }  // namespace
+
+Matrix36 motion_on(const Vec3& arm) {
+  Matrix36 motion;
+  motion << 1, 0, 0, 0, arm.z(), -arm.y(),  //
+      0, 1, 0, -arm.z(), 0, arm.x(),        //
+      0, 0, 1, arm.y(), -arm.x(), 0;
+  return motion;
+}
 
 bool RigidStiffness::are_neighbours(int a, int b) const {
   return std::binary_search(neighbours.begin() + first[at(a)],

@@ -10,6 +10,10 @@
 namespace vstent::xpbd {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Matrix36 = Eigen::Matrix<double, 3, 6>;
+
+/// What a body's shift t and turn w move its point on this arm by: t + w x arm.
+Matrix36 motion_on(const Vec3& arm);
 
 /// A symmetric matrix of 6x6 blocks: the forces and torques on bodies that shift and turn by little
 /// (shifts first) about their centres. The lower half, by rows.
