@@ -11,7 +11,7 @@ template <class Real>
 struct Gathered {
   Wide3<Real> at;
   Wide<Real> mobility;
-  alignas(64) std::array<unsigned, kLanesOf<Real>> offset;  ///< bytes, of their slots
+  const int* number;  ///< of their slots
 };
 
 /// Of the particles of one register: x, y, z, mobility.
@@ -52,11 +52,11 @@ inline Doubles interleave_high(Doubles a, Doubles b) {
   return (Doubles)_mm512_unpackhi_pd((__m512d)a, (__m512d)b);
 }
 
-[[gnu::always_inline]] inline void gather_part(const char* slots, const unsigned* offset,
+[[gnu::always_inline]] inline void gather_part(const Slot* slots, const int* number,
                                                Columns<double>& columns) {
   const auto rows = [&](int lane) {  // of this one and the next but one
     const auto row = [&](int at) {
-      return _mm256_load_pd(reinterpret_cast<const double*>(slots + offset[at]));
+      return _mm256_load_pd(reinterpret_cast<const double*>(slots + number[at]));
     };
     return (Doubles)_mm512_insertf64x4(_mm512_castpd256_pd512(row(lane)), row(lane + 2), 1);
   };
@@ -67,7 +67,7 @@ inline Doubles interleave_high(Doubles a, Doubles b) {
               chunks<0xDD>(ym, ym_after)}};
 }
 
-[[gnu::always_inline]] inline void scatter_part(char* slots, const unsigned* offset,
+[[gnu::always_inline]] inline void scatter_part(Slot* slots, const int* number,
                                                 const Columns<double>& columns) {
   const auto [x, y, z, m] = columns.of;
   // Even and odd lanes' halves: lanes 0, 2, 4, 6, and 1, 3, 5, 7.
@@ -78,7 +78,7 @@ inline Doubles interleave_high(Doubles a, Doubles b) {
     const __m512i last = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
     const __m512d near = _mm512_permutex2var_pd((__m512d)xy, first, (__m512d)zm);
     const __m512d far = _mm512_permutex2var_pd((__m512d)xy, last, (__m512d)zm);
-    const auto at = [&](int n) { return reinterpret_cast<double*>(slots + offset[n]); };
+    const auto at = [&](int n) { return reinterpret_cast<double*>(slots + number[n]); };
     _mm256_store_pd(at(lane), _mm512_castpd512_pd256(near));
     _mm256_store_pd(at(lane + 2), _mm512_extractf64x4_pd(near, 1));
     _mm256_store_pd(at(lane + 4), _mm512_castpd512_pd256(far));
@@ -88,10 +88,10 @@ inline Doubles interleave_high(Doubles a, Doubles b) {
   put(1, xy_odd, zm_odd);
 }
 
-[[gnu::always_inline]] inline void gather_part(const char* slots, const unsigned* offset,
+[[gnu::always_inline]] inline void gather_part(const SlotOf<float>* slots, const int* number,
                                                Columns<float>& columns) {
   const auto row = [&](int lane) {
-    return _mm_load_ps(reinterpret_cast<const float*>(slots + offset[lane]));
+    return _mm_load_ps(reinterpret_cast<const float*>(slots + number[lane]));
   };
   const auto rows = [&](int lane) {
     __m512 all = _mm512_castps128_ps512(row(lane));
@@ -103,11 +103,11 @@ inline Doubles interleave_high(Doubles a, Doubles b) {
   transpose(columns.of);
 }
 
-[[gnu::always_inline]] inline void scatter_part(char* slots, const unsigned* offset,
+[[gnu::always_inline]] inline void scatter_part(SlotOf<float>* slots, const int* number,
                                                 Columns<float> columns) {
   transpose(columns.of);
   const auto put = [&](int lane, __m128 row) {
-    _mm_store_ps(reinterpret_cast<float*>(slots + offset[lane]), row);
+    _mm_store_ps(reinterpret_cast<float*>(slots + number[lane]), row);
   };
   for (int n = 0; n < 4; ++n) {
     const __m512 rows = (__m512)columns.of[n];
@@ -131,11 +131,11 @@ inline TwoDoubles high(Doubles a) { return (TwoDoubles)_mm256_extractf128_pd((__
 inline FourFloats low(Floats a) { return (FourFloats)_mm256_castps256_ps128((__m256)a); }
 inline FourFloats high(Floats a) { return (FourFloats)_mm256_extractf128_ps((__m256)a, 1); }
 
-[[gnu::always_inline]] inline void gather_part(const char* slots, const unsigned* offset,
+[[gnu::always_inline]] inline void gather_part(const Slot* slots, const int* number,
                                                Columns<double>& columns) {
   typedef Register<double>::Bits Pick;
   const auto half = [&](int lane, int which) {
-    return reinterpret_cast<const TwoDoubles*>(slots + offset[lane])[which];
+    return reinterpret_cast<const TwoDoubles*>(slots + number[lane])[which];
   };
   const Doubles xy02 = join(half(0, 0), half(2, 0)), xy13 = join(half(1, 0), half(3, 0));
   const Doubles zm02 = join(half(0, 1), half(2, 1)), zm13 = join(half(1, 1), half(3, 1));
@@ -144,7 +144,7 @@ inline FourFloats high(Floats a) { return (FourFloats)_mm256_extractf128_ps((__m
               __builtin_shuffle(zm02, zm13, kEven), __builtin_shuffle(zm02, zm13, kOdd)}};
 }
 
-[[gnu::always_inline]] inline void scatter_part(char* slots, const unsigned* offset,
+[[gnu::always_inline]] inline void scatter_part(Slot* slots, const int* number,
                                                 const Columns<double>& columns) {
   typedef Register<double>::Bits Pick;
   constexpr Pick kEven{0, 4, 2, 6}, kOdd{1, 5, 3, 7};
@@ -152,36 +152,36 @@ inline FourFloats high(Floats a) { return (FourFloats)_mm256_extractf128_ps((__m
     const Doubles a = columns.of[2 * which], b = columns.of[2 * which + 1];
     const Doubles of02 = __builtin_shuffle(a, b, kEven), of13 = __builtin_shuffle(a, b, kOdd);
     const auto put = [&](int lane, TwoDoubles half) {
-      reinterpret_cast<TwoDoubles*>(slots + offset[lane])[which] = half;
+      reinterpret_cast<TwoDoubles*>(slots + number[lane])[which] = half;
     };
     put(0, low(of02)), put(1, low(of13)), put(2, high(of02)), put(3, high(of13));
   }
 }
 
-[[gnu::always_inline]] inline void gather_part(const char* slots, const unsigned* offset,
+[[gnu::always_inline]] inline void gather_part(const SlotOf<float>* slots, const int* number,
                                                Columns<float>& columns) {
   const auto row = [&](int lane) {
-    return *reinterpret_cast<const FourFloats*>(slots + offset[lane]);
+    return *reinterpret_cast<const FourFloats*>(slots + number[lane]);
   };
   columns = {
       {join(row(0), row(4)), join(row(1), row(5)), join(row(2), row(6)), join(row(3), row(7))}};
   transpose(columns.of);
 }
 
-[[gnu::always_inline]] inline void scatter_part(char* slots, const unsigned* offset,
+[[gnu::always_inline]] inline void scatter_part(SlotOf<float>* slots, const int* number,
                                                 Columns<float> columns) {
   transpose(columns.of);
   const auto put = [&](int lane, FourFloats row) {
-    *reinterpret_cast<FourFloats*>(slots + offset[lane]) = row;
+    *reinterpret_cast<FourFloats*>(slots + number[lane]) = row;
   };
   for (int n = 0; n < 4; ++n) put(n, low(columns.of[n])), put(4 + n, high(columns.of[n]));
 }
 #else
-[[gnu::always_inline]] inline void gather_part(const char* slots, const unsigned* offset,
+[[gnu::always_inline]] inline void gather_part(const Slot* slots, const int* number,
                                                Columns<double>& columns) {
   typedef Register<double>::Bits Pick;
   const auto half = [&](int lane, int which) {
-    return reinterpret_cast<const Doubles*>(slots + offset[lane])[which];
+    return reinterpret_cast<const Doubles*>(slots + number[lane])[which];
   };
   for (int which = 0; which < 2; ++which) {
     const Doubles first = half(0, which), second = half(1, which);
@@ -190,26 +190,26 @@ inline FourFloats high(Floats a) { return (FourFloats)_mm256_extractf128_ps((__m
   }
 }
 
-[[gnu::always_inline]] inline void scatter_part(char* slots, const unsigned* offset,
+[[gnu::always_inline]] inline void scatter_part(Slot* slots, const int* number,
                                                 const Columns<double>& columns) {
   typedef Register<double>::Bits Pick;
   for (int which = 0; which < 2; ++which) {
     const Doubles a = columns.of[2 * which], b = columns.of[2 * which + 1];
-    reinterpret_cast<Doubles*>(slots + offset[0])[which] = __builtin_shuffle(a, b, Pick{0, 2});
-    reinterpret_cast<Doubles*>(slots + offset[1])[which] = __builtin_shuffle(a, b, Pick{1, 3});
+    reinterpret_cast<Doubles*>(slots + number[0])[which] = __builtin_shuffle(a, b, Pick{0, 2});
+    reinterpret_cast<Doubles*>(slots + number[1])[which] = __builtin_shuffle(a, b, Pick{1, 3});
   }
 }
 
-[[gnu::always_inline]] inline void gather_part(const char* slots, const unsigned* offset,
+[[gnu::always_inline]] inline void gather_part(const SlotOf<float>* slots, const int* number,
                                                Columns<float>& columns) {
-  for (int n = 0; n < 4; ++n) columns.of[n] = *reinterpret_cast<const Floats*>(slots + offset[n]);
+  for (int n = 0; n < 4; ++n) columns.of[n] = *reinterpret_cast<const Floats*>(slots + number[n]);
   transpose(columns.of);
 }
 
-[[gnu::always_inline]] inline void scatter_part(char* slots, const unsigned* offset,
+[[gnu::always_inline]] inline void scatter_part(SlotOf<float>* slots, const int* number,
                                                 Columns<float> columns) {
   transpose(columns.of);
-  for (int n = 0; n < 4; ++n) *reinterpret_cast<Floats*>(slots + offset[n]) = columns.of[n];
+  for (int n = 0; n < 4; ++n) *reinterpret_cast<Floats*>(slots + number[n]) = columns.of[n];
 }
 #endif
 
@@ -218,17 +218,11 @@ template <class Real, std::size_t kCount>
                                           const std::array<int, kCount>& index,
                                           Gathered<Real>& gathered) {
   static_assert(kCount == kLanesOf<Real>);
-  // All at once, not one by one as they are needed.
-  typedef unsigned Numbers __attribute__((vector_size(4 * kCount)));
-  Numbers offset;
-  __builtin_memcpy(&offset, index.data(), sizeof offset);
-  offset *= static_cast<unsigned>(sizeof *slots);
-  __builtin_memcpy(gathered.offset.data(), &offset, sizeof offset);
+  gathered.number = index.data();
 #pragma GCC unroll 4
   for (int n = 0; n < kParts; ++n) {
     Columns<Real> columns;
-    gather_part(reinterpret_cast<const char*>(slots),
-                gathered.offset.data() + n * (kCount / kParts), columns);
+    gather_part(slots, gathered.number + n * (kCount / kParts), columns);
     gathered.at.x.part[n] = columns.of[0];
     gathered.at.y.part[n] = columns.of[1];
     gathered.at.z.part[n] = columns.of[2];
@@ -243,7 +237,7 @@ template <class Real>
 #pragma GCC unroll 4
   for (int n = 0; n < kParts; ++n)
     scatter_part(
-        reinterpret_cast<char*>(slots), gathered.offset.data() + n * (kLanesOf<Real> / kParts),
+        slots, gathered.number + n * (kLanesOf<Real> / kParts),
         Columns<Real>{{to.x.part[n], to.y.part[n], to.z.part[n], gathered.mobility.part[n]}});
 }
 

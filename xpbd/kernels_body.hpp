@@ -33,15 +33,20 @@ inline Wide<float> arcus_series(const Wide<float>& z) {
 /// 3e-7.
 template <class Real>
 inline Wide<Real> angle_of(const Wide<Real>& sine, const Wide<Real>& cosine) {
-  const Wide<Real> zero = wide<Real>(0);
+  const Wide<Real> zero = wide<Real>(0), tangent = wide<Real>(0.41421356237309503);
+  const auto up_to_pi_over_8 = [](const Wide<Real>& numerator, const Wide<Real>& denominator) {
+    const Wide<Real> t = numerator / denominator;
+    return t + t * arcus_series(t * t);
+  };
   const Wide<Real> s = absolute(sine), c = absolute(cosine);
+  if (all(s < tangent * cosine)) return up_to_pi_over_8(sine, cosine);  // as most walls bend
   const Wide<Real> low = smaller(s, c), high = larger(s, c);
   // tan(x - pi/4) = (tan x - 1) / (tan x + 1) brings the argument below tan(pi/8).
-  const Mask<Real> steep = low > wide<Real>(0.41421356237309503) * high;
-  const Wide<Real> numerator = select(steep, low - high, low);
+  const Mask<Real> steep = low > tangent * high;
   const Wide<Real> denominator = select(steep, low + high, high);
-  const Wide<Real> t = select(denominator > zero, numerator / denominator, zero);
-  Wide<Real> angle = t + t * arcus_series(t * t);
+  const Mask<Real> sound = denominator > zero;
+  Wide<Real> angle = up_to_pi_over_8(select(sound, select(steep, low - high, low), zero),
+                                     select(sound, denominator, wide<Real>(1)));
   angle = select(steep, angle + wide<Real>(0.78539816339744831), angle);
   angle = select(s > c, wide<Real>(1.5707963267948966) - angle, angle);
   angle = select(cosine < zero, wide<Real>(3.1415926535897931) - angle, angle);
@@ -51,6 +56,7 @@ inline Wide<Real> angle_of(const Wide<Real>& sine, const Wide<Real>& cosine) {
 template <class Real>
 inline Wide<Real> wrapped(Wide<Real> angle) {
   constexpr double kPi = 3.1415926535897931;
+  if (all(absolute(angle) < wide<Real>(kPi))) return angle;
   angle = select(angle > wide<Real>(kPi), angle - wide<Real>(2 * kPi), angle);
   return select(angle < wide<Real>(-kPi), angle + wide<Real>(2 * kPi), angle);
 }

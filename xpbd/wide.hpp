@@ -55,6 +55,8 @@ inline Doubles choose(DoubleMask mask, Doubles yes, Doubles no) {
 inline Floats choose(FloatMask mask, Floats yes, Floats no) {
   return (Floats)_mm512_mask_blend_ps(mask, (__m512)no, (__m512)yes);
 }
+inline bool is_full(DoubleMask mask) { return mask == 0xFF; }
+inline bool is_full(FloatMask mask) { return mask == 0xFFFF; }
 inline Doubles root(Doubles a) { return (Doubles)_mm512_sqrt_pd((__m512d)a); }
 inline Floats root(Floats a) { return (Floats)_mm512_sqrt_ps((__m512)a); }
 #else
@@ -65,9 +67,13 @@ inline FloatMask less(Floats a, Floats b) { return a < b; }
 inline Doubles choose(DoubleMask mask, Doubles yes, Doubles no) { return mask ? yes : no; }
 inline Floats choose(FloatMask mask, Floats yes, Floats no) { return mask ? yes : no; }
 #ifdef __AVX2__
+inline bool is_full(DoubleMask mask) { return _mm256_movemask_pd((__m256d)mask) == 0xF; }
+inline bool is_full(FloatMask mask) { return _mm256_movemask_ps((__m256)mask) == 0xFF; }
 inline Doubles root(Doubles a) { return (Doubles)_mm256_sqrt_pd((__m256d)a); }
 inline Floats root(Floats a) { return (Floats)_mm256_sqrt_ps((__m256)a); }
 #else
+inline bool is_full(DoubleMask mask) { return _mm_movemask_pd((__m128d)mask) == 0x3; }
+inline bool is_full(FloatMask mask) { return _mm_movemask_ps((__m128)mask) == 0xF; }
 inline Doubles root(Doubles a) { return (Doubles)_mm_sqrt_pd((__m128d)a); }
 inline Floats root(Floats a) { return (Floats)_mm_sqrt_ps((__m128)a); }
 #endif
@@ -95,6 +101,13 @@ struct Mask {
     return both;
   }
 };
+
+template <class Real>
+inline bool all(const Mask<Real>& mask) {
+  bool full = true;
+  for (const auto& part : mask.part) full &= is_full(part);
+  return full;
+}
 
 template <class Real>
 struct Wide {
