@@ -117,12 +117,8 @@ struct SeveralTriangles {
   using Number = Wide<double>;
   static Number larger(const Number& a, const Number& b) { return select(a > b, a, b); }
   static Number smaller(const Number& a, const Number& b) { return select(a < b, a, b); }
-  static double largest_magnitude(const Number& a) {
-    alignas(64) Lanes lanes;
-    store(lanes, absolute(a));
-    double largest = lanes[0];
-    for (double lane : lanes) largest = lane > largest ? lane : largest;
-    return largest;
+  static bool are_within(const Number& a, double bound) {
+    return all(absolute(a) < wide<double>(bound));
   }
 };
 
@@ -132,7 +128,7 @@ struct Stretch {
   Wide<double> squares[3];  // |gradient|^2
 };
 
-inline Stretch stretch(const TriangleBatch& batch, const Gathered<double> (&particles)[3]) {
+[[gnu::always_inline]] inline Stretch stretch(const TriangleBatch& batch, const Gathered<double> (&particles)[3]) {
   typedef Wide<double> Number;
   typedef Wide3<double> Vector;
   const Number along = load(batch.along), skew = load(batch.skew), across = load(batch.across);
@@ -241,6 +237,7 @@ template <class Real, std::size_t kCount>
 
 /// 1 for a constraint, 0 for the copies that fill a short batch.
 inline Wide<double> presence(const Indices& index) {
+  if (index[kLanes - 1] != index[0]) return wide<double>(1);
   alignas(64) Lanes present;
   for (std::size_t lane = 0; lane < kLanes; ++lane)
     present[lane] = lane > 0 && index[lane] == index[0] ? 0 : 1;

@@ -10,7 +10,7 @@ struct OneTriangle {
   using Number = double;
   static double larger(double a, double b) { return a > b ? a : b; }
   static double smaller(double a, double b) { return a < b ? a : b; }
-  static double largest_magnitude(double a) { return std::abs(a); }
+  static bool are_within(double a, double bound) { return std::abs(a) < bound; }
 };
 
 /// With C = F^T F of the sheet's deformation and J of the volume's, the energy over the shear
@@ -38,20 +38,21 @@ SheetStretch<Of> stretch_of_sheet(typename Of::Number trace, typename Of::Number
   const T area = Of::larger(trace + beyond, one * (1e-9 - 1));
   const T inverse_area = one / (one + area);
   const T given = trace + 2.0 * area + trace * area;
-  // Newton from beyond the root of a function that curves upwards there: it cannot overshoot.
+  // Halley's method, from beyond the root of a function that curves upwards there.
   T q = Of::smaller(given / (9.0 * bulk + 12.0), (trace + 2.0) / (9.0 * bulk));
   T u = one, a = one;
-  constexpr double kSettled = 1e-8;  // what is left after one more step is its square
+  constexpr double kSettled = 2e-6;  // what is left after one more step is about ten times its cube
   for (int k = 0; k < 60; ++k) {
     u = one + q;
-    const T u2 = u * u, u4 = u2 * u2;
+    const T u2 = u * u, u3 = u2 * u, u4 = u2 * u2, bulk_u3 = bulk * u3;
     a = q * (2.0 + q);
-    const T value = bulk * u4 * u * q * (3.0 + q * (3.0 + q)) +
+    const T value = bulk_u3 * u2 * q * (3.0 + q * (3.0 + q)) +
                     (a * (6.0 + a * (6.0 + 2.0 * a)) - given) * inverse_area * (1.0 / 3);
-    const T slope = bulk * u4 * (8.0 * u2 * u - 5.0) + 4.0 * u4 * u * inverse_area;
-    const T change = value / slope;
+    const T slope = bulk * u4 * (8.0 * u3 - 5.0) + 4.0 * u4 * u * inverse_area;
+    const T half_curvature = bulk_u3 * (28.0 * u3 - 10.0) + 10.0 * u4 * inverse_area;
+    const T change = value * slope / (slope * slope - value * half_curvature);
     q = q - change;
-    if (Of::largest_magnitude(change) < kSettled) break;
+    if (Of::are_within(change, kSettled)) break;
   }
   u = one + q;
   a = q * (2.0 + q);
