@@ -21,17 +21,21 @@ constexpr double kHeld = 100;
 // Share of a neighbourhood's own stiffness that keeps the factorisation from failing where nothing
 // holds it.
 constexpr double kLeast = 1e-8;
+// Parts in which the sheet's stiffness is added up, side by side; fixed, so that sums are the same
+// for any number of threads.
+constexpr std::size_t kShares = 4;
 
 }  // namespace
 
 CoarseSpace::CoarseSpace(const ElasticSheet& sheet, std::span<const Slot> particles)
     : solver_(kMostFactorised) {
   std::vector<GraphEdge> edges;
-  for_each_distance(sheet.layout, [&](int i, int j, double length, double) {
-    edges.push_back({i, j, length});
+  const Layout& layout = sheet.layout;
+  for_each_distance(layout.distances, [&](const std::array<int, 2>& v, double length, double) {
+    edges.push_back({v[0], v[1], length});
   });
   for_each_triangle(
-      sheet.layout, [&](const std::array<int, 3>& v, const TriangleBatch&, std::size_t) {
+      layout.triangles, [&](const std::array<int, 3>& v, const TriangleBatch&, std::size_t) {
         for (std::size_t k = 0; k < 3; ++k) {  // most edges twice: no matter
           const int i = v[k], j = v[(k + 1) % 3];
           edges.push_back({i, j, (place(particles[at(i)]) - place(particles[at(j)])).norm()});
@@ -55,46 +59,127 @@ CoarseSpace::CoarseSpace(const ElasticSheet& sheet, std::span<const Slot> partic
   stiffness_.centres.resize(at(homes));
   arms_.assign(particles.size(), Vec3::Zero());
 
-  std::vector<std::pair<int, int>> beside;
+  std::vector<std::vector<int>> lower(at(homes));  // neighbours of each
   const auto join = [&](int i, int j) {
-    const int a = home_[at(i)], b = home_[at(j)];
-    if (a >= 0 && b >= 0 && a != b) beside.emplace_back(std::max(a, b), std::min(a, b));
+    const auto [b, a] = std::minmax(home_[at(i)], home_[at(j)]);
+    if (b < 0 || a == b) return;
+    std::vector<int>& known = lower[at(a)];
+    if (std::find(known.begin(), known.end(), b) == known.end()) known.push_back(b);
   };
-  for (int h = 0; h < homes; ++h) beside.emplace_back(h, h);
-  for_each_distance(sheet.layout, [&](int i, int j, double, double) { join(i, j); });
-  for_each_bending(sheet.layout, [&](const std::array<int, 4>& v, double, double) {
+  for_each_distance(layout.distances,
+                    [&](const std::array<int, 2>& v, double, double) { join(v[0], v[1]); });
+  for_each_bending(layout.bendings, [&](const std::array<int, 4>& v, double, double) {
     for (std::size_t k = 0; k < 4; ++k)
       for (std::size_t l = 0; l < k; ++l) join(v[k], v[l]);
   });
-  for_each_triangle(sheet.layout,
+  for_each_triangle(layout.triangles,
                     [&](const std::array<int, 3>& v, const TriangleBatch&, std::size_t) {
                       for (std::size_t k = 0; k < 3; ++k) join(v[k], v[(k + 1) % 3]);
                     });
+  std::vector<std::pair<int, int>> beside;
+  for (int a = 0; a < homes; ++a) {
+    beside.emplace_back(a, a);
+    for (int b : lower[at(a)]) beside.emplace_back(a, b);
+  }
   stiffness_.set_neighbours(std::move(beside));
 }
 
-template <int kRows, std::size_t kVertices>
-void CoarseSpace::add_square(
-    const std::array<int, kVertices>& vertices,
-    const std::array<Eigen::Matrix<double, kRows, 3>, kVertices>& matrices) {
-  std::array<int, kVertices> homes{};
-  std::array<Eigen::Matrix<double, kRows, 6>, kVertices> turning;
-  std::size_t different = 0;
-  for (std::size_t k = 0; k < kVertices; ++k) {
-    const int home = home_[at(vertices[k])];
-    if (home < 0) continue;
-    std::size_t slot = 0;
-    while (slot < different && homes[slot] != home) ++slot;
-    if (slot == different) {
-      homes[different] = home;
-      turning[different++].setZero();
+/// Rows that the motions of neighbourhoods are multiplied by.
+template <int kRows, std::size_t kMost>
+class CoarseSpace::Rows {
+ public:
+  /// Adds `matrix` times the motion of particle k.
+  void add(const CoarseSpace& space, int k, const Eigen::Matrix<double, kRows, 3>& matrix) {
+    const int home = space.home_[at(k)];
+    if (home < 0) return;
+    std::size_t n = 0;
+    while (n < count_ && homes_[n] != home) ++n;
+    if (n == count_) {
+      homes_[count_] = home;
+      rows_[count_++].setZero();
     }
-    turning[slot] += matrices[k] * motion_on(arms_[at(vertices[k])]);
+    rows_[n].template leftCols<3>() += matrix;
+    const Vec3& arm = space.arms_[at(k)];
+    for (int r = 0; r < kRows; ++r)
+      rows_[n].row(r).template tail<3>() += arm.cross(Vec3(matrix.row(r))).transpose();
   }
-  for (std::size_t k = 0; k < different; ++k)
-    for (std::size_t l = 0; l < different; ++l)
-      if (homes[k] >= homes[l])
-        stiffness_.block(homes[k], homes[l]) += turning[k].transpose().lazyProduct(turning[l]);
+
+  /// Adds the square of what they come to.
+  void add_square(const CoarseSpace& space, Share& share) const {
+    for (std::size_t k = 0; k < count_; ++k)
+      for (std::size_t l = 0; l < count_; ++l)
+        if (homes_[k] >= homes_[l])
+          share.blocks[space.stiffness_.block_number(homes_[k], homes_[l])] +=
+              rows_[k].transpose().lazyProduct(rows_[l]);
+  }
+
+ private:
+  std::array<int, kMost> homes_{};
+  std::array<Eigen::Matrix<double, kRows, 6>, kMost> rows_;
+  std::size_t count_ = 0;
+};
+
+template <std::size_t kCount>
+bool CoarseSpace::move_as_one(const std::array<int, kCount>& particles) const {
+  return std::all_of(particles.begin(), particles.end(),
+                     [&](int k) { return home_[at(k)] == home_[at(particles[0])]; });
+}
+
+void CoarseSpace::add(std::span<const DistanceBatch> distances, std::span<const Slot> particles,
+                      Share& share) const {
+  for_each_distance(distances, [&](const std::array<int, 2>& v, double rest, double stiffness) {
+    const Vec3 edge = place(particles[at(v[1])]) - place(particles[at(v[0])]);
+    const double length = edge.norm();
+    if (!(length > 0)) return;
+    for (int end : v) share.own[at(end)] += stiffness;
+    // A compressed spring takes stiffness away across itself: left out, the matrix stays positive.
+    const double across = std::max(0.0, 1 - rest / length);
+    if (across == 0 && move_as_one(v)) return;
+    const Eigen::Matrix3d along = edge * edge.transpose() / (length * length);
+    const Eigen::Matrix3d root =
+        std::sqrt(stiffness) * (along + std::sqrt(across) * (Eigen::Matrix3d::Identity() - along));
+    Rows<3, 2> rows;
+    rows.add(*this, v[0], -root);
+    rows.add(*this, v[1], root);
+    rows.add_square(*this, share);
+  });
+}
+
+void CoarseSpace::add(std::span<const BendingBatch> hinges, std::span<const Slot> particles,
+                      Share& share) const {
+  for_each_bending(hinges, [&](const std::array<int, 4>& v, double, double stiffness) {
+    if (move_as_one(v)) return;
+    const auto x = [&](std::size_t k) { return place(particles[at(v[k])]); };
+    std::array<Vec3, 4> gradient;
+    hinge_angle(x(0), x(1), x(2), x(3), &gradient);
+    Rows<1, 4> rows;
+    for (std::size_t k = 0; k < 4; ++k)
+      rows.add(*this, v[k], std::sqrt(stiffness) * gradient[k].transpose());
+    rows.add_square(*this, share);
+  });
+}
+
+void CoarseSpace::add(std::span<const TriangleBatch> triangles, std::span<const Slot> particles,
+                      Share& share) const {
+  for_each_triangle(
+      triangles, [&](const std::array<int, 3>& v, const TriangleBatch& batch, std::size_t lane) {
+        const auto x = [&](std::size_t k) { return place(particles[at(v[k])]); };
+        const TriangleStiffness s = measure_stiffness(batch, lane, {x(0), x(1), x(2)});
+        for (std::size_t k = 0; k < 3; ++k) share.own[at(v[k])] += s.strains[k].squaredNorm();
+        if (!move_as_one(v)) {
+          Rows<3, 3> strain;
+          for (std::size_t k = 0; k < 3; ++k) strain.add(*this, v[k], s.strains[k]);
+          strain.add_square(*this, share);
+        }
+        for (std::size_t m = 0; m < 2; ++m) {
+          if (!(s.stress[m] > 0)) continue;
+          Rows<3, 3> turn;
+          for (std::size_t k = 0; k < 3; ++k)
+            turn.add(*this, v[k],
+                     std::sqrt(s.stress[m]) * s.shares[m][k] * Eigen::Matrix3d::Identity());
+          turn.add_square(*this, share);
+        }
+      });
 }
 
 /// Neighbourhoods that links join become neighbours.
@@ -146,71 +231,41 @@ void CoarseSpace::update(const ElasticSheet& sheet, std::span<const Slot> partic
       arms_[k] = place(particles[k]) - stiffness_.centres[h];
     }
   });
-  for (Matrix6& b : stiffness_.blocks) b.setZero();
+  std::array<Share, kShares> shares;
+  side_by_side(kShares, [&](std::size_t n) {
+    Share& share = shares[n];
+    share.blocks.assign(stiffness_.blocks.size(), Matrix6::Zero());
+    share.own.assign(particles.size(), 0.0);
+    const auto part = [&](const auto& all) {
+      const std::size_t begin = all.size() * n / kShares, end = all.size() * (n + 1) / kShares;
+      return std::span(all).subspan(begin, end - begin);
+    };
+    add(part(sheet.layout.distances), particles, share);
+    add(part(sheet.layout.bendings), particles, share);
+    add(part(sheet.layout.triangles), particles, share);
+  });
+  for_each_particle(stiffness_.blocks.size(), [&](std::size_t n, std::size_t) {
+    stiffness_.blocks[n] = shares[0].blocks[n];
+    for (std::size_t k = 1; k < kShares; ++k) stiffness_.blocks[n] += shares[k].blocks[n];
+  });
+  const auto own = [&](std::size_t k) {
+    double sum = 0;
+    for (const Share& share : shares) sum += share.own[k];
+    return sum;
+  };
 
-  std::vector<double> own(particles.size(), 0.0);
-  for_each_distance(sheet.layout, [&](int i, int j, double rest, double stiffness) {
-    const Vec3 edge = place(particles[at(j)]) - place(particles[at(i)]);
-    const double length = edge.norm();
-    if (!(length > 0)) return;
-    own[at(i)] += stiffness;
-    own[at(j)] += stiffness;
-    const int a = home_[at(i)], b = home_[at(j)];
-    // A compressed spring takes stiffness away across itself: left out, the matrix stays positive.
-    const double across = std::max(0.0, 1 - rest / length);
-    const Eigen::Matrix3d along = edge * edge.transpose() / (length * length);
-    const Eigen::Matrix3d spring =
-        stiffness * (along + across * (Eigen::Matrix3d::Identity() - along));
-    if (a == b) {
-      if (a < 0 || across == 0) return;
-      const Matrix36 apart = motion_on(arms_[at(j)]) - motion_on(arms_[at(i)]);
-      stiffness_.block(a, a) += apart.transpose() * spring * apart;
-      return;
+  side_by_side(stiffness_.centres.size(), [&](std::size_t h) {
+    Matrix6& of_home = stiffness_.blocks[at(stiffness_.first[h + 1] - 1)];
+    for (int m = first_[h]; m < first_[h + 1]; ++m) {
+      const std::size_t k = at(members_[at(m)]);
+      double support = 0;
+      for (const Attachment& a : sheet.attachments.of(k)) support += 1 / a.compliance;
+      if (support == 0 && held[k].isZero()) continue;
+      const Eigen::Matrix3d stiffness =
+          support * Eigen::Matrix3d::Identity() + kHeld * own(k) * held[k] * held[k].transpose();
+      of_home += motion_on(arms_[k]).transpose() * stiffness * motion_on(arms_[k]);
     }
-    if (a >= 0)
-      stiffness_.block(a, a) +=
-          motion_on(arms_[at(i)]).transpose() * spring * motion_on(arms_[at(i)]);
-    if (b >= 0)
-      stiffness_.block(b, b) +=
-          motion_on(arms_[at(j)]).transpose() * spring * motion_on(arms_[at(j)]);
-    if (a < 0 || b < 0) return;
-    const auto [upper, lower] = a > b ? std::pair{i, j} : std::pair{j, i};
-    stiffness_.block(std::max(a, b), std::min(a, b)) -=
-        motion_on(arms_[at(upper)]).transpose() * spring * motion_on(arms_[at(lower)]);
   });
-  for_each_bending(sheet.layout, [&](const std::array<int, 4>& v, double, double stiffness) {
-    const auto home = [&](std::size_t k) { return home_[at(v[k])]; };
-    if (home(0) == home(1) && home(1) == home(2) && home(2) == home(3)) return;
-    std::array<Vec3, 4> gradient;
-    hinge_angle(place(particles[at(v[0])]), place(particles[at(v[1])]), place(particles[at(v[2])]),
-                place(particles[at(v[3])]), &gradient);
-    std::array<Eigen::Matrix<double, 1, 3>, 4> rows;
-    for (std::size_t k = 0; k < 4; ++k) rows[k] = std::sqrt(stiffness) * gradient[k].transpose();
-    add_square(v, rows);
-  });
-  for_each_triangle(
-      sheet.layout, [&](const std::array<int, 3>& v, const TriangleBatch& batch, std::size_t lane) {
-        const auto x = [&](std::size_t k) { return place(particles[at(v[k])]); };
-        const TriangleStiffness s = measure_stiffness(batch, lane, {x(0), x(1), x(2)});
-        for (std::size_t k = 0; k < 3; ++k) own[at(v[k])] += s.strains[k].squaredNorm();
-        std::array<Eigen::Matrix<double, 9, 3>, 3> rows;
-        const double first = std::sqrt(std::max(0.0, s.stress[0]));
-        const double second = std::sqrt(std::max(0.0, s.stress[1]));
-        for (std::size_t k = 0; k < 3; ++k)
-          rows[k] << s.strains[k], first * s.shares[0][k] * Eigen::Matrix3d::Identity(),
-              second * s.shares[1][k] * Eigen::Matrix3d::Identity();
-        add_square(v, rows);
-      });
-  for (std::size_t k = 0; k < particles.size(); ++k) {
-    if (home_[k] < 0) continue;
-    double support = 0;
-    for (const Attachment& a : sheet.attachments.of(k)) support += 1 / a.compliance;
-    if (support == 0 && held[k].isZero()) continue;
-    const Eigen::Matrix3d stiffness =
-        support * Eigen::Matrix3d::Identity() + kHeld * own[k] * held[k] * held[k].transpose();
-    stiffness_.block(home_[k], home_[k]) +=
-        motion_on(arms_[k]).transpose() * stiffness * motion_on(arms_[k]);
-  }
 
   add(links);
 
@@ -226,8 +281,8 @@ void CoarseSpace::update(const ElasticSheet& sheet, std::span<const Slot> partic
   succeeded_ = solver_.factorise(stiffness_);
 }
 
-void CoarseSpace::add_answer(std::span<const Vec3> forces, std::span<Vec3> moves) const {
-  if (stiffness_.centres.empty() || !succeeded_) return;
+Eigen::VectorXd CoarseSpace::answer(std::span<const Vec3> forces) const {
+  if (!succeeded_) return Eigen::VectorXd::Zero(6 * neighbourhoods());
   Eigen::VectorXd gathered(6 * neighbourhoods());
   side_by_side(stiffness_.centres.size(), [&](std::size_t h) {
     Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
@@ -238,12 +293,7 @@ void CoarseSpace::add_answer(std::span<const Vec3> forces, std::span<Vec3> moves
     }
     gathered.segment<6>(6 * static_cast<Eigen::Index>(h)) << force, torque;
   });
-  const Eigen::VectorXd motion = solver_.solve(stiffness_, gathered);
-  for_each_particle(moves.size(), [&](std::size_t k, std::size_t) {
-    if (home_[k] < 0) return;
-    const Eigen::Index first = 6 * home_[k];
-    moves[k] += motion.segment<3>(first) + Vec3(motion.segment<3>(first + 3)).cross(arms_[k]);
-  });
+  return solver_.solve(stiffness_, gathered);
 }
 
 }  // namespace vstent::xpbd

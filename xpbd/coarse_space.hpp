@@ -2,6 +2,9 @@
 // only edge by edge.
 #pragma once
 
+#include <Eigen/Geometry>
+#include <array>
+#include <span>
 #include <vector>
 
 #include "xpbd/elastic_sheet.hpp"
@@ -22,8 +25,14 @@ class CoarseSpace {
   void update(const ElasticSheet& sheet, std::span<const Slot> particles,
               std::span<const Vec3> held, std::span<const Link> links = {});
 
-  /// Adds the answer to `forces` to `moves`; both by particle.
-  void add_answer(std::span<const Vec3> forces, std::span<Vec3> moves) const;
+  /// What answers `forces`, by particle: the motions of neighbourhoods.
+  Eigen::VectorXd answer(std::span<const Vec3> forces) const;
+  /// What particle k moves by with its neighbourhood.
+  Vec3 move(const Eigen::VectorXd& answer, std::size_t k) const {
+    if (home_[k] < 0) return Vec3::Zero();
+    const Eigen::Index first = 6 * home_[k];
+    return answer.segment<3>(first) + Vec3(answer.segment<3>(first + 3)).cross(arms_[k]);
+  }
 
   int neighbourhoods() const { return stiffness_.bodies(); }
 
@@ -31,10 +40,24 @@ class CoarseSpace {
   void make_room(std::span<const Link> links);
   void add(std::span<const Link> links);
 
-  /// Adds the square of sum_v matrices[v] u_v, for u the vertices' motions.
-  template <int kRows, std::size_t kVertices>
-  void add_square(const std::array<int, kVertices>& vertices,
-                  const std::array<Eigen::Matrix<double, kRows, 3>, kVertices>& matrices);
+  /// A part of the sheet's stiffness.
+  struct Share {
+    std::vector<Matrix6> blocks;
+    std::vector<double> own;  // of single particles, N/mm
+  };
+  template <int kRows, std::size_t kMost>
+  class Rows;
+
+  void add(std::span<const DistanceBatch> distances, std::span<const Slot> particles,
+           Share& share) const;
+  void add(std::span<const BendingBatch> hinges, std::span<const Slot> particles,
+           Share& share) const;
+  void add(std::span<const TriangleBatch> triangles, std::span<const Slot> particles,
+           Share& share) const;
+
+  /// Whether all are of one neighbourhood, or of none.
+  template <std::size_t kCount>
+  bool move_as_one(const std::array<int, kCount>& particles) const;
 
   std::vector<int> home_;     // neighbourhood of each particle, -1: none
   std::vector<int> first_;    // of each neighbourhood in members_

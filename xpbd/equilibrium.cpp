@@ -31,6 +31,8 @@ constexpr double kMorePushing = 0.2;
 constexpr int kLeastRenewal = 5;
 // Of what is unbalanced with friction's limits as they were: what their own error may come to.
 constexpr double kLagging = 0.5;
+// Of a step: what may be foretold of it from the forces at its other end.
+constexpr double kForetold = 0.3;
 // Looks in which the body may push the sheet out of itself before the search begins.
 constexpr int kLooks = 100;
 
@@ -61,8 +63,11 @@ struct Equilibrium::Implementation {
   double lagging = 0;                  // of friction's limits: squares of what forces lack, N^2
   double unbalanced = 0;               // squares of what is left with these limits, N^2
   State now, trial;
-  std::vector<char> held;      // touching, and pressed against the surface
-  std::vector<Vec3> residual;  // forces that nothing balances
+  std::vector<char> held, last_held;          // touching, and pressed against the surface
+  std::vector<Vec3> residual, last_residual;  // forces that nothing balances
+  double ahead = 0;        // share of the direction by which `residual` is foretold, from here
+  std::vector<Vec3> owed;  // that share, once there is another direction
+  double usual_share = 0;  // the best of the last direction, 0: not known
   std::vector<Vec3> answer, last_answer, direction, held_normals;
   std::vector<Vec3> sampled_at;
   std::vector<double> clearance;  // there
@@ -73,6 +78,7 @@ struct Equilibrium::Implementation {
   double pushing_at_renewal = 0;
   bool restart = true;
   std::vector<Vec3> positions;
+  bool are_given = true;  // the present ones
   // Of the particles that may touch.
   std::vector<std::vector<std::size_t>> near_of_chunk;
   std::vector<std::size_t> near;
@@ -88,7 +94,10 @@ struct Equilibrium::Implementation {
         now(count),
         trial(count),
         held(count, 0),
+        last_held(count, 0),
         residual(count, Vec3::Zero()),
+        last_residual(count, Vec3::Zero()),
+        owed(count, Vec3::Zero()),
         answer(count, Vec3::Zero()),
         last_answer(count, Vec3::Zero()),
         direction(count, Vec3::Zero()),
@@ -117,7 +126,7 @@ struct Equilibrium::Implementation {
       visit(now);
       weigh();
     }
-    give_positions();
+    are_given = false;
   }
 
   void take_anchors(std::span<const Vec3> anchors) {
@@ -131,17 +140,15 @@ struct Equilibrium::Implementation {
             k, places[k] - at_anchors[k].distance * at_anchors[k].normal - elastic.origin);
   }
 
+  /// Sums of the values of all particles.
   template <class Value>
-  double sum(const Value& value) const {
-    std::vector<double> partial(chunks_of(count), 0.0);
+  auto sum(const Value& value) const {
+    using Sum = decltype(value(std::size_t{}));
+    std::vector<Sum> partial(chunks_of(count), Sum{});
     for_each_particle(count, [&](std::size_t k, std::size_t chunk) { partial[chunk] += value(k); });
-    double total = 0;
-    for (const double part : partial) total += part;
+    Sum total{};
+    for (const Sum& part : partial) total += part;
     return total;
-  }
-
-  double dot(const std::vector<Vec3>& a, const std::vector<Vec3>& b) const {
-    return sum([&](std::size_t k) { return a[k].dot(b[k]); });
   }
 
   /// The particles that may touch, and where they are.
@@ -244,10 +251,8 @@ struct Equilibrium::Implementation {
   }
 
   /// Takes out what would lift a held particle off, or push it in.
-  void keep_tangent(std::vector<Vec3>& moves, const State& state) const {
-    for_each_particle(count, [&](std::size_t k, std::size_t) {
-      if (held[k]) moves[k] -= state.normals[k].dot(moves[k]) * state.normals[k];
-    });
+  void keep_tangent(std::size_t k, Vec3& move) const {
+    if (held[k]) move -= now.normals[k].dot(move) * now.normals[k];
   }
 
   void renew() {
@@ -258,10 +263,11 @@ struct Equilibrium::Implementation {
       weigh();
       friction->add_links(now.particles, links);
     }
-    for (std::size_t k = 0; k < count; ++k)
+    for_each_particle(count, [&](std::size_t k, std::size_t) {
       held_normals[k] = held[k] ? now.normals[k] : Vec3::Zero();
-    tbb::parallel_invoke([&] { softness = measure_softness(elastic, now.particles, links); },
-                         [&] { coarse.update(elastic, now.particles, held_normals, links); });
+    });
+    softness = measure_softness(elastic, now.particles, links);
+    coarse.update(elastic, now.particles, held_normals, links);
     since_renewal = 0;
     pushing_at_renewal = now.pushing;
     restart = true;
@@ -274,9 +280,14 @@ struct Equilibrium::Implementation {
              lagging > kLagging * unbalanced));
   }
 
-  /// The motion that would balance the residual, about.
-  void precondition() {
-    for_each_particle(count, [&](std::size_t k, std::size_t) {
+  /// Works of the residual along the motion that would balance it, about, and along the last one.
+  struct Works {
+    double now = 0, last = 0;
+    void operator+=(const Works& w) { now += w.now, last += w.last; }
+  };
+  Works precondition() {
+    Eigen::VectorXd together;
+    const auto one_by_one = [&](std::size_t k, std::size_t) {
       if (!elastic.free[k]) return;
       answer[k] = kStep * (softness[k] * residual[k]);
       if (!held[k]) return;
@@ -284,17 +295,55 @@ struct Equilibrium::Implementation {
       const Vec3 yielding = softness[k] * now.normals[k];
       const double give = yielding.dot(now.normals[k]);
       if (give > 0) answer[k] -= now.normals[k].dot(answer[k]) / give * yielding;
+    };
+    tbb::parallel_invoke([&] { together = coarse.answer(residual); },
+                         [&] { for_each_particle(count, one_by_one); });
+    return sum([&](std::size_t k) {
+      answer[k] += coarse.move(together, k);
+      keep_tangent(k, answer[k]);
+      return Works{residual[k].dot(answer[k]), residual[k].dot(last_answer[k])};
     });
-    coarse.add_answer(residual, answer);
-    keep_tangent(answer, now);
   }
 
-  double largest(const std::vector<Vec3>& moves) const {
-    std::vector<double> partial(chunks_of(count), 0.0);
-    for_each_particle(count, [&](std::size_t k, std::size_t chunk) {
-      partial[chunk] = std::max(partial[chunk], moves[k].squaredNorm());
+  /// Of a direction: what the residual works along it, and the square of its largest move.
+  struct Course {
+    double slope = 0, square = 0;
+    void operator+=(const Course& c) { slope += c.slope, square = std::max(square, c.square); }
+  };
+  /// The present answer's, and `beta` times the direction there was.
+  Course turn(double beta) {
+    return sum([&](std::size_t k) {
+      owed[k] = ahead * direction[k];
+      keep_tangent(k, owed[k]);
+      direction[k] = beta == 0 ? answer[k] : Vec3(answer[k] + beta * direction[k]);
+      keep_tangent(k, direction[k]);
+      return Course{residual[k].dot(direction[k]), direction[k].squaredNorm()};
     });
-    return std::sqrt(*std::max_element(partial.begin(), partial.end()));
+  }
+
+  /// Takes the residual as it is here.
+  void foretell_nothing() {
+    if (std::exchange(ahead, 0.0) != 0) weigh();
+  }
+
+  /// The next direction, conjugate to the last one if `beta` is not 0.
+  Course choose_direction(double& beta) {
+    for (;;) {
+      if (restart) foretell_nothing();
+      std::swap(answer, last_answer);
+      Works work = precondition();
+      beta = std::exchange(restart, false) || !(last_product > 0)
+                 ? 0
+                 : std::max(0.0, (work.now - work.last) / last_product);
+      if (beta == 0 && ahead != 0) {
+        foretell_nothing();
+        work = precondition();
+      }
+      last_product = work.now;
+      const Course course = turn(beta);
+      if (course.slope > 0 || beta == 0) return course;
+      restart = true;
+    }
   }
 
   /// What may be taken of a share of the direction between two looks for what is near, after one
@@ -314,6 +363,17 @@ struct Equilibrium::Implementation {
     });
   }
 
+  /// What the energy may come to.
+  double limit() const { return now.energy + kRounding * std::abs(now.energy); }
+
+  void move_on() {
+    std::swap(now, trial);
+    std::swap(residual, last_residual);
+    std::swap(held, last_held);
+    weigh();
+    are_given = false;
+  }
+
   /// Second derivative of the energy along the direction, on the surface.
   double curvature(double share) {
     lead(trial, share);
@@ -326,6 +386,56 @@ struct Equilibrium::Implementation {
            share;
   }
 
+  /// Goes where the energy is least along the direction, as its curvature here says, or less far.
+  double step_by_curvature(const Course& course, double most) {
+    const double curved = curvature(kProbe * most);
+    double share = curved > 0 ? std::min(course.slope / curved, most) : most;
+    if (collision) {
+      share = share_apart(share);
+      if (!(share > 0)) return 0;
+    }
+    for (int halving = 0;; ++halving, share /= 2) {
+      lead(trial, share);
+      visit(trial);
+      if (trial.energy <= limit() || halving == kHalvings) break;
+      restart = true;
+    }
+    move_on();
+    return share;
+  }
+
+  /// Goes by about as much of the direction as was best of the last one, which takes one look where
+  /// the curvature takes two. What the forces there show to be missing is gone with the next step,
+  /// and the residual is foretold for it: shares differ by little, and as long as forces are
+  /// linear, this is the same search. 0 where the energy would rise.
+  double step_as_usual(const Course& course, double most) {
+    const double share = std::min(usual_share, most);
+    for_each_particle(count, [&](std::size_t k, std::size_t) {
+      put(trial.particles[k], place(now.particles[k]) + owed[k] + share * direction[k]);
+    });
+    visit(trial);
+    if (trial.energy > limit()) return 0;
+    move_on();
+    ahead = 0;
+    const double slope = sum([&](std::size_t k) { return direction[k].dot(residual[k]); });
+    if (!(slope < course.slope)) return share;
+    const double missing = std::min(most, share * course.slope / (course.slope - slope)) - share;
+    usual_share = share + missing;
+    if (std::abs(missing) > kForetold * share) {
+      lead(trial, missing);
+      visit(trial);
+      if (trial.energy <= limit()) move_on();
+      return share;
+    }
+    ahead = missing;
+    for_each_particle(count, [&](std::size_t k, std::size_t) {
+      if (held[k] != last_held[k]) return;
+      residual[k] += missing / share * (residual[k] - last_residual[k]);
+      keep_tangent(k, residual[k]);
+    });
+    return share;
+  }
+
   RelaxReport iterate(const EquilibriumOptions& options) {
     if (now.kept_inside > 0) {
       collision->look(now.particles);
@@ -335,49 +445,27 @@ struct Equilibrium::Implementation {
     }
     if (is_outdated(options.renewal)) renew();
     ++since_renewal;
-    std::swap(answer, last_answer);
-    precondition();
-    const double product = dot(residual, answer);
-    const double conjugate = dot(residual, last_answer);
-    const double beta = std::exchange(restart, false) || !(last_product > 0)
-                            ? 0
-                            : std::max(0.0, (product - conjugate) / last_product);
-    last_product = product;
-    for_each_particle(
-        count, [&](std::size_t k, std::size_t) { direction[k] = answer[k] + beta * direction[k]; });
-    keep_tangent(direction, now);
-    double slope = dot(direction, residual);
-    if (!(slope > 0)) {
-      direction = answer;
-      slope = product;
+    double beta = 0;
+    const Course course = choose_direction(beta);
+    const double reach = std::sqrt(course.square);
+    if (!(course.slope > 0) || !(reach > 0)) return {0, balance};
+    const double most = options.largest_move / reach;
+    double share = 0;
+    if (beta > 0 && usual_share > 0 && !collision && !friction) {
+      share = step_as_usual(course, most);
+      if (share == 0) {
+        restart = true;
+        return iterate(options);
+      }
+    } else {
+      share = step_by_curvature(course, most);
+      if (beta > 0 && !restart) usual_share = share;
     }
-    RelaxReport report{0, balance};
-    const double reach = largest(direction);
-    if (!(slope > 0) || !(reach > 0)) return report;
-
-    double most = options.largest_move / reach;
-    const double curved = curvature(kProbe * most);
-    double share = curved > 0 ? std::min(slope / curved, most) : most;
-    if (collision) {
-      share = share_apart(share);
-      if (!(share > 0)) return report;
-    }
-    const double limit = now.energy + kRounding * std::abs(now.energy);
-    for (int halving = 0;; ++halving, share /= 2) {
-      lead(trial, share);
-      visit(trial);
-      if (trial.energy <= limit || halving == kHalvings) break;
-      restart = true;
-    }
-    std::swap(now, trial);
-    weigh();
-    give_positions();
-    report.largest_move = share * reach;
-    report.balance = balance;
-    return report;
+    return {share * reach, balance};
   }
 
   void give_positions() {
+    if (std::exchange(are_given, true)) return;
     for_each_particle(count, [&](std::size_t k, std::size_t) {
       if (elastic.free[k])
         positions[at(elastic.layout.original[k])] = place(now.particles[k]) + elastic.origin;
@@ -396,12 +484,17 @@ RelaxReport Equilibrium::iterate(const EquilibriumOptions& options) {
   return implementation_->iterate(options);
 }
 
-std::span<const Vec3> Equilibrium::positions() const { return implementation_->positions; }
+std::span<const Vec3> Equilibrium::positions() const {
+  implementation_->give_positions();
+  return implementation_->positions;
+}
+
 ForceBalance Equilibrium::balance() const { return implementation_->balance; }
 
 std::vector<Vec3> Equilibrium::anchors() const {
   const Implementation& i = *implementation_;
-  std::vector<Vec3> anchors(i.positions);
+  const std::span<const Vec3> here = positions();
+  std::vector<Vec3> anchors(here.begin(), here.end());
   if (!i.friction) return anchors;
   const std::vector<Vec3> dragged = i.friction->dragged(i.now.particles);
   for (std::size_t k = 0; k < dragged.size(); ++k)

@@ -128,7 +128,8 @@ struct Stretch {
   Wide<double> squares[3];  // |gradient|^2
 };
 
-[[gnu::always_inline]] inline Stretch stretch(const TriangleBatch& batch, const Gathered<double> (&particles)[3]) {
+[[gnu::always_inline]] inline Stretch stretch(const TriangleBatch& batch,
+                                              const Gathered<double> (&particles)[3]) {
   typedef Wide<double> Number;
   typedef Wide3<double> Vector;
   const Number along = load(batch.along), skew = load(batch.skew), across = load(batch.across);

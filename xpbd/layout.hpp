@@ -2,7 +2,9 @@
 // in batches.
 #pragma once
 
+#include <array>
 #include <span>
+#include <tuple>
 #include <vector>
 
 #include "xpbd/batches.hpp"
@@ -55,39 +57,46 @@ Layout make_layout(const Sheet& sheet);
 /// batches that share no vertex become one.
 BatchesOf<float> in_single_precision(const Layout& layout);
 
-/// visit(i, j, rest length, stiffness) for every distance; i and j count particles.
-template <class Visit>
-void for_each_distance(const Layout& layout, const Visit& visit) {
-  for (const DistanceBatch& batch : layout.distances)
+/// visit(batch, lane) for every constraint, without the copies that fill a short batch.
+template <class Batch, class Visit>
+void for_each_lane(std::span<const Batch> batches, const Visit& visit) {
+  for (const Batch& batch : batches)
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      if (lane > 0 && batch.vertex[0][lane] == batch.vertex[0][0])
-        break;  // copies fill a short batch
-      visit(batch.vertex[0][lane], batch.vertex[1][lane], batch.rest[lane],
-            1 / batch.compliance[lane]);
+      if (lane > 0 && batch.vertex[0][lane] == batch.vertex[0][0]) break;
+      visit(batch, lane);
     }
 }
 
-/// visit({edge_a, edge_b, wing_a, wing_b}, rest angle, stiffness) for every hinge.
-template <class Visit>
-void for_each_bending(const Layout& layout, const Visit& visit) {
-  for (const BendingBatch& batch : layout.bendings)
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      if (lane > 0 && batch.vertex[0][lane] == batch.vertex[0][0]) break;
-      visit(std::array<int, 4>{batch.vertex[0][lane], batch.vertex[1][lane], batch.vertex[2][lane],
-                               batch.vertex[3][lane]},
-            batch.rest[lane], 1 / batch.compliance[lane]);
-    }
+/// The particles of a constraint.
+template <class Batch>
+auto members_of(const Batch& batch, std::size_t lane) {
+  std::array<int, std::tuple_size_v<decltype(batch.vertex)>> members;
+  for (std::size_t k = 0; k < members.size(); ++k) members[k] = batch.vertex[k][lane];
+  return members;
 }
 
-/// visit({corner 0, corner 1, corner 2}, batch, lane) for every elastic triangle.
+/// visit({i, j}, rest length, stiffness) for distances.
 template <class Visit>
-void for_each_triangle(const Layout& layout, const Visit& visit) {
-  for (const TriangleBatch& batch : layout.triangles)
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      if (lane > 0 && batch.vertex[0][lane] == batch.vertex[0][0]) break;
-      visit(std::array<int, 3>{batch.vertex[0][lane], batch.vertex[1][lane], batch.vertex[2][lane]},
-            batch, lane);
-    }
+void for_each_distance(std::span<const DistanceBatch> batches, const Visit& visit) {
+  for_each_lane(batches, [&](const DistanceBatch& batch, std::size_t lane) {
+    visit(members_of(batch, lane), batch.rest[lane], 1 / batch.compliance[lane]);
+  });
+}
+
+/// visit({edge_a, edge_b, wing_a, wing_b}, rest angle, stiffness) for hinges.
+template <class Visit>
+void for_each_bending(std::span<const BendingBatch> batches, const Visit& visit) {
+  for_each_lane(batches, [&](const BendingBatch& batch, std::size_t lane) {
+    visit(members_of(batch, lane), batch.rest[lane], 1 / batch.compliance[lane]);
+  });
+}
+
+/// visit({corner 0, corner 1, corner 2}, batch, lane) for elastic triangles.
+template <class Visit>
+void for_each_triangle(std::span<const TriangleBatch> batches, const Visit& visit) {
+  for_each_lane(batches, [&](const TriangleBatch& batch, std::size_t lane) {
+    visit(members_of(batch, lane), batch, lane);
+  });
 }
 
 }  // namespace vstent::xpbd

@@ -30,8 +30,9 @@ struct SheetStretch {
 
 /// `trace` as above; `beyond`: det C - tr C + 1.
 template <class Of>
-SheetStretch<Of> stretch_of_sheet(typename Of::Number trace, typename Of::Number beyond,
-                                  typename Of::Number bulk) {
+[[gnu::always_inline]] inline SheetStretch<Of> stretch_of_sheet(const typename Of::Number& trace,
+                                                                const typename Of::Number& beyond,
+                                                                const typename Of::Number& bulk) {
   using T = typename Of::Number;
   const T one = trace * 0.0 + 1.0;
   // A triangle squeezed flat has no area, but for rounding.

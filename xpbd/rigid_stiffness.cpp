@@ -61,10 +61,10 @@ bool RigidStiffness::are_neighbours(int a, int b) const {
                             neighbours.begin() + first[at(a) + 1], b);
 }
 
-Matrix6& RigidStiffness::block(int a, int b) {
+std::size_t RigidStiffness::block_number(int a, int b) const {
   const auto begin = neighbours.begin() + first[at(a)];
   const auto end = neighbours.begin() + first[at(a) + 1];
-  return blocks[static_cast<std::size_t>(std::lower_bound(begin, end, b) - neighbours.begin())];
+  return static_cast<std::size_t>(std::lower_bound(begin, end, b) - neighbours.begin());
 }
 
 void RigidStiffness::set_neighbours(std::vector<std::pair<int, int>> pairs) {

@@ -26,7 +26,8 @@ struct RigidStiffness {
   int bodies() const { return static_cast<int>(centres.size()); }
   bool are_neighbours(int a, int b) const;  ///< b <= a
   /// Of bodies b <= a that are neighbours.
-  Matrix6& block(int a, int b);
+  std::size_t block_number(int a, int b) const;
+  Matrix6& block(int a, int b) { return blocks[block_number(a, b)]; }
   /// Makes these pairs (a, b), b <= a, neighbours and no others; all blocks are zero then.
   void set_neighbours(std::vector<std::pair<int, int>> pairs);
 };

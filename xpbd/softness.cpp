@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "xpbd/parallel.hpp"
 #include "xpbd/triangle_stiffness.hpp"
 
 namespace vstent::xpbd {
@@ -14,10 +15,6 @@ namespace {
 // Share of the mean stiffness that every direction has at least: a flat, slack neighbourhood holds
 // nothing across it and would be thrown out of its plane, and hinges beside slivers curve.
 constexpr double kLeast = 0.1;
-
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
-
-Vec3 place(const Slot& s) { return {s.x, s.y, s.z}; }
 
 class Blocks {
  public:
@@ -48,9 +45,8 @@ std::vector<Softness> measure_softness(const Layout& layout, std::span<const Slo
                                        std::span<const double> own, std::span<const Link> links) {
   Blocks blocks(particles.size());
   const auto x = [&](int k) { return place(particles[at(k)]); };
-  for_each_distance(layout, [&](int i, int j, double rest, double stiffness) {
-    const std::array<int, 2> v{i, j};
-    const Vec3 edge = x(j) - x(i);
+  const auto add_distance = [&](const std::array<int, 2>& v, double rest, double stiffness) {
+    const Vec3 edge = x(v[1]) - x(v[0]);
     const double length = edge.norm();
     if (!(length > 0)) return;
     const Vec3 along = edge / length;
@@ -59,8 +55,8 @@ std::vector<Softness> measure_softness(const Layout& layout, std::span<const Slo
     const double across = stiffness * std::abs(1 - rest / length);
     const Eigen::Matrix3d plane = Eigen::Matrix3d::Identity() - along * along.transpose();
     for (int end : v) blocks[at(end)] += 2 * across * plane;
-  });
-  for_each_bending(layout, [&](const std::array<int, 4>& v, double rest, double stiffness) {
+  };
+  const auto add_bending = [&](const std::array<int, 4>& v, double rest, double stiffness) {
     std::array<Vec3, 4> gradient;
     const double angle = hinge_angle(x(v[0]), x(v[1]), x(v[2]), x(v[3]), &gradient);
     blocks.add<4>(v, gradient, stiffness);
@@ -71,8 +67,8 @@ std::vector<Softness> measure_softness(const Layout& layout, std::span<const Slo
     const double moment = stiffness * std::abs(std::remainder(angle - rest, 2 * std::numbers::pi));
     for (std::size_t k = 0; k < 4; ++k)
       blocks[at(v[k])].diagonal().array() += moment * total * gradient[k].norm();
-  });
-  for_each_triangle(layout, [&](const std::array<int, 3>& v, const TriangleBatch& batch,
+  };
+  const auto add_triangle = [&](const std::array<int, 3>& v, const TriangleBatch& batch,
                                 std::size_t lane) {
     const TriangleStiffness s = measure_stiffness(batch, lane, {x(v[0]), x(v[1]), x(v[2])});
     for (int row = 0; row < 3; ++row)
@@ -83,20 +79,27 @@ std::vector<Softness> measure_softness(const Layout& layout, std::span<const Slo
       for (std::size_t k = 0; k < 3; ++k)  // compressed: as springs
         blocks[at(v[k])].diagonal().array() += std::abs(s.stress[m]) * total * std::abs(share[k]);
     }
-  });
+  };
+  for (const auto* phase : {&layout.within, &layout.between})
+    side_by_side(phase->size(), [&](std::size_t n) {
+      const Task& task = (*phase)[n];
+      for_each_distance(distances_of(layout, task), add_distance);
+      for_each_bending(bendings_of(layout, task), add_bending);
+      for_each_triangle(triangles_of(layout, task), add_triangle);
+    });
   for (const Link& link : links) {
     std::array<Vec3, 4> gradient;
     for (std::size_t k = 0; k < 4; ++k) gradient[k] = link.weights[k] * link.normal;
     blocks.add<4>(link.particles, gradient, link.stiffness);
   }
   std::vector<Softness> softness(particles.size());
-  for (std::size_t k = 0; k < softness.size(); ++k) {
+  for_each_particle(softness.size(), [&](std::size_t k, std::size_t) {
     Eigen::Matrix3d stiffness = blocks[k] + own[k] * Eigen::Matrix3d::Identity();
-    if (!(stiffness.trace() > 0)) continue;
+    if (!(stiffness.trace() > 0)) return;
     stiffness.diagonal().array() += kLeast / 3 * stiffness.trace();
     const Eigen::Matrix3d s = stiffness.inverse();
     softness[k] = {s(0, 0), s(1, 1), s(2, 2), s(0, 1), s(0, 2), s(1, 2)};
-  }
+  });
   return softness;
 }
 

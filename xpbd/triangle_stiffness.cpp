@@ -64,10 +64,16 @@ TriangleStiffness measure_stiffness(const TriangleBatch& batch, std::size_t lane
   const double scale = weight * law.inverse_square;
   const double s_ff = scale * (1 - law.pressure * gg), s_gg = scale * (1 - law.pressure * ff);
   const double s_fg = scale * law.pressure * fg;
-  const double middle = 0.5 * (s_ff + s_gg);
-  const double spread = std::hypot(0.5 * (s_ff - s_gg), s_fg);
-  const double angle = 0.5 * std::atan2(2 * s_fg, s_ff - s_gg);
-  const double cosine = std::cos(angle), sine = std::sin(angle);
+  const double middle = 0.5 * (s_ff + s_gg), apart = 0.5 * (s_ff - s_gg);
+  const double spread = std::sqrt(apart * apart + s_fg * s_fg);
+  // Of the first principal direction to f, by half of twice its angle.
+  double cosine = 1, sine = 0;
+  if (spread > 0) {
+    const double larger = std::sqrt(0.5 * (1 + std::abs(apart) / spread));
+    const double smaller = 0.5 * s_fg / (spread * larger);
+    cosine = apart < 0 ? std::abs(smaller) : larger;
+    sine = apart < 0 ? std::copysign(larger, s_fg) : smaller;
+  }
   stiffness.stress = {middle + spread, middle - spread};
   for (std::size_t v = 0; v < 3; ++v) {
     stiffness.shares[0][v] = cosine * by_f[v] + sine * by_g[v];

@@ -399,8 +399,9 @@ TEST_P(Softness, BoundsTheStiffnessFromAbove) {
       for (std::size_t k = 0; k < 4; ++k) turn += g[k].dot(v[at(c[k])]);
       for (std::size_t k = 0; k < 4; ++k) image[at(c[k])] += b.stiffness * turn * g[k];
     }
-    xpbd::for_each_triangle(layout, [&](const std::array<int, 3>& number,
-                                        const xpbd::TriangleBatch& batch, std::size_t lane) {
+    xpbd::for_each_triangle(layout.triangles, [&](const std::array<int, 3>& number,
+                                                  const xpbd::TriangleBatch& batch,
+                                                  std::size_t lane) {
       std::array<std::size_t, 3> c;
       for (std::size_t k = 0; k < 3; ++k) c[k] = at(layout.original[at(number[k])]);
       const auto s = xpbd::measure_stiffness(batch, lane, {x[c[0]], x[c[1]], x[c[2]]});
