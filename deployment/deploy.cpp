@@ -379,6 +379,9 @@ class Run {
       record.stent_unbalanced = gives_->report().unbalanced;
     }
     outcome_.history.push_back(record);
+    const bool are_numbers =
+        std::all_of(places_.begin(), places_.end(), [](const Vec3& x) { return x.allFinite(); });
+    if (!observe_ && are_numbers) return;
     std::vector<Vec3> finest = places_;
     for (std::size_t level = level_; level < finer_.size(); ++level) finest = finer_[level](finest);
     require_numbers(finest, setup_.region, record.step);

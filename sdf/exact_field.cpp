@@ -37,27 +37,42 @@ ExactField::ExactField(Solid solid) : solid_(std::move(solid)), pieces_(solid_) 
 }
 
 Sample ExactField::sample(const Vec3& x) const {
+  int piece = -1;
+  return sample(x, piece);
+}
+
+Sample ExactField::sample(const Vec3& x, int& piece) const {
   Sample best{std::numeric_limits<double>::infinity(), Vec3::Zero()};
-  int winner = -1;
   // A piece's distance is at least |x - its axis| - its outer radius, so one whose axis box is
   // farther than best + reach cannot win: the tree is searched by (distance + reach)^2, and the
   // winner is kept here, where ties are exact.
-  tree_.nearest(x, [&](int item) {
-    const Sample sample = pieces_.distance(item, x);
-    if (sample.distance < best.distance || (sample.distance == best.distance && item < winner)) {
-      best = sample;
-      winner = item;
-    }
+  const auto limit = [&] {
     const double bound = (best.distance + reach_) * (1 + 1e-9);
     return bound * bound;
-  });
+  };
+  const int guess = piece;
+  if (guess >= 0) best = pieces_.distance(guess, x);
+  tree_.nearest(
+      x,
+      [&](int item) {
+        if (item == guess) return limit();
+        const Sample sample = pieces_.distance(item, x);
+        if (sample.distance < best.distance || (sample.distance == best.distance && item < piece)) {
+          best = sample;
+          piece = item;
+        }
+        return limit();
+      },
+      limit());
   return best;
 }
 
 void ExactField::sample(std::span<const Vec3> points, std::span<Sample> samples) const {
   assert(points.size() == samples.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size(), 256), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i != range.end(); ++i) samples[i] = sample(points[i]);
+    int piece = -1;
+    for (std::size_t i = range.begin(); i != range.end(); ++i)
+      samples[i] = sample(points[i], piece);
   });
 }
 
