@@ -407,7 +407,7 @@ struct Equilibrium::Implementation {
   /// Goes by about as much of the direction as was best of the last one, which takes one look where
   /// the curvature takes two. What the forces there show to be missing is gone with the next step,
   /// and the residual is foretold for it: shares differ by little, and as long as forces are
-  /// linear, this is the same search. 0 where the energy would rise.
+  /// linear, this is the same search. 0, and nothing done, where the energy would rise.
   double step_as_usual(const Course& course, double most) {
     const double share = std::min(usual_share, most);
     for_each_particle(count, [&](std::size_t k, std::size_t) {
@@ -450,14 +450,13 @@ struct Equilibrium::Implementation {
     const double reach = std::sqrt(course.square);
     if (!(course.slope > 0) || !(reach > 0)) return {0, balance};
     const double most = options.largest_move / reach;
-    double share = 0;
-    if (beta > 0 && usual_share > 0 && !collision && !friction) {
-      share = step_as_usual(course, most);
-      if (share == 0) {
-        restart = true;
-        return iterate(options);
-      }
-    } else {
+    const bool is_usual = beta > 0 && usual_share > 0 && !collision && !friction;
+    double share = is_usual ? step_as_usual(course, most) : 0;
+    if (share == 0 && ahead != 0) {  // the direction was chosen for elsewhere
+      restart = true;
+      return iterate(options);
+    }
+    if (share == 0) {
       share = step_by_curvature(course, most);
       if (beta > 0 && !restart) usual_share = share;
     }
