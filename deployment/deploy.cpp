@@ -244,7 +244,8 @@ class Run {
   }
 
   void take_places(const xpbd::Equilibrium& equilibrium) {
-    places_.assign(equilibrium.positions().begin(), equilibrium.positions().end());
+    const std::span<const Vec3> places = equilibrium.positions();
+    places_.assign(places.begin(), places.end());
     if (case_.friction > 0) anchors_ = equilibrium.anchors();
   }
 

@@ -1,8 +1,5 @@
 #include "deployment/stent_contact.hpp"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -129,13 +126,10 @@ xpbd::ContactField StentContact::exact_surface(double edge_radius) const {
   }
   return [field = std::make_shared<const sdf::ExactField>(envelope_of(setup_, smooth, inset)),
           inset](std::span<const Vec3> places, std::span<xpbd::Gap> gaps) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, places.size(), 256), [&](const auto& r) {
-      int piece = -1;
-      for (std::size_t i = r.begin(); i != r.end(); ++i) {
-        const sdf::Sample sample = field->sample(places[i], piece);
-        gaps[i] = {sample.distance - inset, sample.gradient};
-      }
-    });
+    std::vector<sdf::Sample> samples(places.size());
+    field->sample(places, samples);
+    for (std::size_t i = 0; i < places.size(); ++i)
+      gaps[i] = {samples[i].distance - inset, samples[i].gradient};
   };
 }
 

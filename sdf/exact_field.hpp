@@ -15,12 +15,13 @@ class ExactField {
   /// \throws std::invalid_argument an empty solid, or one with an impossible piece
   explicit ExactField(Solid solid);
   Sample sample(const Vec3& x) const;
-  /// The same, faster where `piece`, a guess (-1: none), is the nearest already; it is then.
-  Sample sample(const Vec3& x, int& piece) const;
   void sample(std::span<const Vec3> points, std::span<Sample> samples) const;  ///< in parallel
   const Solid& solid() const { return solid_; }
 
  private:
+  /// The same, faster where `piece`, a guess (-1: none), is the nearest already; it is then.
+  Sample sample(const Vec3& x, int& piece) const;
+
   Solid solid_;
   PreparedSolid pieces_;
   BoxTree tree_;

@@ -77,8 +77,7 @@ struct Equilibrium::Implementation {
   int since_renewal = -1;
   double pushing_at_renewal = 0;
   bool restart = true;
-  std::vector<Vec3> positions;
-  bool are_given = true;  // the present ones
+  std::vector<Vec3> positions;  // by vertex, when last asked for
   // Of the particles that may touch.
   std::vector<std::vector<std::size_t>> near_of_chunk;
   std::vector<std::size_t> near;
@@ -126,7 +125,6 @@ struct Equilibrium::Implementation {
       visit(now);
       weigh();
     }
-    are_given = false;
   }
 
   void take_anchors(std::span<const Vec3> anchors) {
@@ -282,8 +280,8 @@ struct Equilibrium::Implementation {
 
   /// Works of the residual along the motion that would balance it, about, and along the last one.
   struct Works {
-    double now = 0, last = 0;
-    void operator+=(const Works& w) { now += w.now, last += w.last; }
+    double present = 0, last = 0;
+    void operator+=(const Works& w) { present += w.present, last += w.last; }
   };
   Works precondition() {
     Eigen::VectorXd together;
@@ -334,12 +332,12 @@ struct Equilibrium::Implementation {
       Works work = precondition();
       beta = std::exchange(restart, false) || !(last_product > 0)
                  ? 0
-                 : std::max(0.0, (work.now - work.last) / last_product);
+                 : std::max(0.0, (work.present - work.last) / last_product);
       if (beta == 0 && ahead != 0) {
         foretell_nothing();
         work = precondition();
       }
-      last_product = work.now;
+      last_product = work.present;
       const Course course = turn(beta);
       if (course.slope > 0 || beta == 0) return course;
       restart = true;
@@ -371,7 +369,6 @@ struct Equilibrium::Implementation {
     std::swap(residual, last_residual);
     std::swap(held, last_held);
     weigh();
-    are_given = false;
   }
 
   /// Second derivative of the energy along the direction, on the surface.
@@ -464,7 +461,6 @@ struct Equilibrium::Implementation {
   }
 
   void give_positions() {
-    if (std::exchange(are_given, true)) return;
     for_each_particle(count, [&](std::size_t k, std::size_t) {
       if (elastic.free[k])
         positions[at(elastic.layout.original[k])] = place(now.particles[k]) + elastic.origin;

@@ -136,8 +136,8 @@ std::vector<int> blocks_of_levels(const Sheet& sheet, std::vector<int>& order) {
   return blocks;
 }
 
-/// Colours constraints so that none of a colour share a vertex, and hands out each colour's in
-/// fours.
+/// Colours constraints so that none of a colour share a vertex, and hands out each colour's batch
+/// by batch.
 class Colouring {
  public:
   explicit Colouring(std::size_t vertex_count) : used_(vertex_count, 0) {}
