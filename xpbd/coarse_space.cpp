@@ -30,17 +30,16 @@ constexpr std::size_t kShares = 4;
 CoarseSpace::CoarseSpace(const ElasticSheet& sheet, std::span<const Slot> particles)
     : solver_(kMostFactorised) {
   std::vector<GraphEdge> edges;
-  const Layout& layout = sheet.layout;
-  for_each_distance(layout.distances, [&](const std::array<int, 2>& v, double length, double) {
+  const ConstBatches all = all_of(sheet.layout);
+  for_each_distance(all, [&](const std::array<int, 2>& v, double length, double) {
     edges.push_back({v[0], v[1], length});
   });
-  for_each_triangle(
-      layout.triangles, [&](const std::array<int, 3>& v, const TriangleBatch&, std::size_t) {
-        for (std::size_t k = 0; k < 3; ++k) {  // most edges twice: no matter
-          const int i = v[k], j = v[(k + 1) % 3];
-          edges.push_back({i, j, (place(particles[at(i)]) - place(particles[at(j)])).norm()});
-        }
-      });
+  for_each_triangle(all, [&](const std::array<int, 3>& v, const TriangleBatch&, std::size_t) {
+    for (std::size_t k = 0; k < 3; ++k) {  // most edges twice: no matter
+      const int i = v[k], j = v[(k + 1) % 3];
+      edges.push_back({i, j, (place(particles[at(i)]) - place(particles[at(j)])).norm()});
+    }
+  });
   const Graph graph = make_graph(particles.size(), edges);
   std::vector<int> free;
   for (std::size_t k = 0; k < sheet.free.size(); ++k)
@@ -66,16 +65,14 @@ CoarseSpace::CoarseSpace(const ElasticSheet& sheet, std::span<const Slot> partic
     std::vector<int>& known = lower[at(a)];
     if (std::find(known.begin(), known.end(), b) == known.end()) known.push_back(b);
   };
-  for_each_distance(layout.distances,
-                    [&](const std::array<int, 2>& v, double, double) { join(v[0], v[1]); });
-  for_each_bending(layout.bendings, [&](const std::array<int, 4>& v, double, double) {
+  for_each_distance(all, [&](const std::array<int, 2>& v, double, double) { join(v[0], v[1]); });
+  for_each_bending(all, [&](const std::array<int, 4>& v, double, double) {
     for (std::size_t k = 0; k < 4; ++k)
       for (std::size_t l = 0; l < k; ++l) join(v[k], v[l]);
   });
-  for_each_triangle(layout.triangles,
-                    [&](const std::array<int, 3>& v, const TriangleBatch&, std::size_t) {
-                      for (std::size_t k = 0; k < 3; ++k) join(v[k], v[(k + 1) % 3]);
-                    });
+  for_each_triangle(all, [&](const std::array<int, 3>& v, const TriangleBatch&, std::size_t) {
+    for (std::size_t k = 0; k < 3; ++k) join(v[k], v[(k + 1) % 3]);
+  });
   std::vector<std::pair<int, int>> beside;
   for (int a = 0; a < homes; ++a) {
     beside.emplace_back(a, a);
@@ -125,9 +122,9 @@ bool CoarseSpace::move_as_one(const std::array<int, kCount>& particles) const {
                      [&](int k) { return home_[at(k)] == home_[at(particles[0])]; });
 }
 
-void CoarseSpace::add(std::span<const DistanceBatch> distances, std::span<const Slot> particles,
+void CoarseSpace::add(const ConstBatches& batches, std::span<const Slot> particles,
                       Share& share) const {
-  for_each_distance(distances, [&](const std::array<int, 2>& v, double rest, double stiffness) {
+  for_each_distance(batches, [&](const std::array<int, 2>& v, double rest, double stiffness) {
     const Vec3 edge = place(particles[at(v[1])]) - place(particles[at(v[0])]);
     const double length = edge.norm();
     if (!(length > 0)) return;
@@ -143,11 +140,7 @@ void CoarseSpace::add(std::span<const DistanceBatch> distances, std::span<const 
     rows.add(*this, v[1], root);
     rows.add_square(*this, share);
   });
-}
-
-void CoarseSpace::add(std::span<const BendingBatch> hinges, std::span<const Slot> particles,
-                      Share& share) const {
-  for_each_bending(hinges, [&](const std::array<int, 4>& v, double, double stiffness) {
+  for_each_bending(batches, [&](const std::array<int, 4>& v, double, double stiffness) {
     if (move_as_one(v)) return;
     const auto x = [&](std::size_t k) { return place(particles[at(v[k])]); };
     std::array<Vec3, 4> gradient;
@@ -157,12 +150,8 @@ void CoarseSpace::add(std::span<const BendingBatch> hinges, std::span<const Slot
       rows.add(*this, v[k], std::sqrt(stiffness) * gradient[k].transpose());
     rows.add_square(*this, share);
   });
-}
-
-void CoarseSpace::add(std::span<const TriangleBatch> triangles, std::span<const Slot> particles,
-                      Share& share) const {
   for_each_triangle(
-      triangles, [&](const std::array<int, 3>& v, const TriangleBatch& batch, std::size_t lane) {
+      batches, [&](const std::array<int, 3>& v, const TriangleBatch& batch, std::size_t lane) {
         const auto x = [&](std::size_t k) { return place(particles[at(v[k])]); };
         const TriangleStiffness s = measure_stiffness(batch, lane, {x(0), x(1), x(2)});
         for (std::size_t k = 0; k < 3; ++k) share.own[at(v[k])] += s.strains[k].squaredNorm();
@@ -236,13 +225,7 @@ void CoarseSpace::update(const ElasticSheet& sheet, std::span<const Slot> partic
     Share& share = shares[n];
     share.blocks.assign(stiffness_.blocks.size(), Matrix6::Zero());
     share.own.assign(particles.size(), 0.0);
-    const auto part = [&](const auto& all) {
-      const std::size_t begin = all.size() * n / kShares, end = all.size() * (n + 1) / kShares;
-      return std::span(all).subspan(begin, end - begin);
-    };
-    add(part(sheet.layout.distances), particles, share);
-    add(part(sheet.layout.bendings), particles, share);
-    add(part(sheet.layout.triangles), particles, share);
+    add(share_of(sheet.layout, n, kShares), particles, share);
   });
   for_each_particle(stiffness_.blocks.size(), [&](std::size_t n, std::size_t) {
     stiffness_.blocks[n] = shares[0].blocks[n];

@@ -48,12 +48,7 @@ class CoarseSpace {
   template <int kRows, std::size_t kMost>
   class Rows;
 
-  void add(std::span<const DistanceBatch> distances, std::span<const Slot> particles,
-           Share& share) const;
-  void add(std::span<const BendingBatch> hinges, std::span<const Slot> particles,
-           Share& share) const;
-  void add(std::span<const TriangleBatch> triangles, std::span<const Slot> particles,
-           Share& share) const;
+  void add(const ConstBatches& batches, std::span<const Slot> particles, Share& share) const;
 
   /// Whether all are of one neighbourhood, or of none.
   template <std::size_t kCount>

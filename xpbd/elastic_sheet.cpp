@@ -12,6 +12,7 @@ ElasticSheet make_elastic_sheet(const Sheet& sheet) {
   assert(sheet.forces.empty() || sheet.forces.size() == count);
   ElasticSheet made;
   made.layout = make_layout(sheet);
+  made.free.reserve(count);
   for (const Vec3& p : sheet.positions) made.origin += p / static_cast<double>(count);
   for (const int vertex : made.layout.original) {
     made.free.push_back(sheet.inverse_mass[at(vertex)] > 0);
@@ -51,15 +52,10 @@ Tally elastic_forces(const ElasticSheet& sheet, std::span<const Slot> particles,
   for (const Tally& part : partial) add(part, total);
   const Kernels& kernel = kernels();
   for (const auto* phase : {&sheet.layout.within, &sheet.layout.between}) {
-    partial.assign(3 * phase->size(), Tally{});
+    partial.assign(phase->size(), Tally{});
     side_by_side(phase->size(), [&](std::size_t k) {
-      const Task& task = (*phase)[k];
-      partial[3 * k] = kernel.elastic_distance_forces(distances_of(sheet.layout, task),
-                                                      particles.data(), forces.data());
-      partial[3 * k + 1] = kernel.elastic_bending_forces(bendings_of(sheet.layout, task),
-                                                         particles.data(), forces.data());
-      partial[3 * k + 2] = kernel.elastic_triangle_forces(triangles_of(sheet.layout, task),
-                                                          particles.data(), forces.data());
+      partial[k] = kernel.add_elastic_forces(batches_of(sheet.layout, (*phase)[k]),
+                                             particles.data(), forces.data());
     });
     for (const Tally& part : partial) add(part, total);
   }

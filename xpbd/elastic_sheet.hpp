@@ -13,22 +13,19 @@ namespace vstent::xpbd {
 /// Things that belong to one particle each (contacts, attachments), grouped by particle.
 template <class Item>
 struct Grouped {
-  std::vector<int> first;  ///< by particle, and the total at the end
+  std::vector<int> first;  ///< by particle, and the total at the end; empty: no items
   std::vector<Item> items;
 
   std::span<Item> of(std::size_t particle) {
-    return std::span(items).subspan(begin(particle), count(particle));
+    return std::span(items).subspan(begin(particle), begin(particle + 1) - begin(particle));
   }
   std::span<const Item> of(std::size_t particle) const {
-    return std::span(items).subspan(begin(particle), count(particle));
+    return std::span(items).subspan(begin(particle), begin(particle + 1) - begin(particle));
   }
 
  private:
   std::size_t begin(std::size_t particle) const {
-    return static_cast<std::size_t>(first[particle]);
-  }
-  std::size_t count(std::size_t particle) const {
-    return static_cast<std::size_t>(first[particle + 1] - first[particle]);
+    return first.empty() ? 0 : static_cast<std::size_t>(first[particle]);
   }
 };
 
@@ -39,6 +36,9 @@ void group(Grouped<Item>& grouped, std::span<const Source> sources, const std::v
   const auto particle_of = [&](const Source& s) {
     return static_cast<std::size_t>(number[static_cast<std::size_t>(s.vertex)]);
   };
+  grouped.first.clear();
+  grouped.items.clear();
+  if (sources.empty()) return;
   grouped.first.assign(number.size() + 1, 0);
   for (const Source& s : sources) ++grouped.first[particle_of(s) + 1];
   for (std::size_t k = 0; k < number.size(); ++k) grouped.first[k + 1] += grouped.first[k];

@@ -213,16 +213,14 @@ inline FourFloats high(Floats a) { return (FourFloats)_mm256_extractf128_ps((__m
 }
 #endif
 
-template <class Real, std::size_t kCount>
-[[gnu::always_inline]] inline void gather(const SlotOf<Real>* slots,
-                                          const std::array<int, kCount>& index,
+template <class Real>
+[[gnu::always_inline]] inline void gather(const SlotOf<Real>* slots, const Lanes<int>& numbers,
                                           Gathered<Real>& gathered) {
-  static_assert(kCount == kLanesOf<Real>);
-  gathered.number = index.data();
-#pragma GCC unroll 4
-  for (int n = 0; n < kParts; ++n) {
+  const int* number = gathered.number = numbers.data();
+#pragma GCC unroll 8
+  for (int n = 0; n < kParts<Real>; ++n) {
     Columns<Real> columns;
-    gather_part(slots, gathered.number + n * (kCount / kParts), columns);
+    gather_part(slots, number + n * (static_cast<int>(kBytes / sizeof(Real))), columns);
     gathered.at.x.part[n] = columns.of[0];
     gathered.at.y.part[n] = columns.of[1];
     gathered.at.z.part[n] = columns.of[2];
@@ -230,15 +228,14 @@ template <class Real, std::size_t kCount>
   }
 }
 
-/// Moves the particles there.
+/// Moves the particles to where they are `at`.
 template <class Real>
-[[gnu::always_inline]] inline void scatter(SlotOf<Real>* slots, const Gathered<Real>& gathered,
-                                           const Wide3<Real>& to) {
-#pragma GCC unroll 4
-  for (int n = 0; n < kParts; ++n)
-    scatter_part(
-        slots, gathered.number + n * (kLanesOf<Real> / kParts),
-        Columns<Real>{{to.x.part[n], to.y.part[n], to.z.part[n], gathered.mobility.part[n]}});
+[[gnu::always_inline]] inline void scatter(SlotOf<Real>* slots, const Gathered<Real>& gathered) {
+  const auto& [at, mobility, number] = gathered;
+#pragma GCC unroll 8
+  for (int n = 0; n < kParts<Real>; ++n)
+    scatter_part(slots, number + n * (static_cast<int>(kBytes / sizeof(Real))),
+                 Columns<Real>{{at.x.part[n], at.y.part[n], at.z.part[n], mobility.part[n]}});
 }
 
 }  // namespace

@@ -2,39 +2,25 @@
 // bits.
 #pragma once
 
-#include <span>
-
 #include "xpbd/batches.hpp"
 
 namespace vstent::xpbd {
 
+/// Triangles are taken in double precision only.
 template <class Real>
 struct StepKernels {
-  using Distances = DistanceBatchOf<Real>;
-  using Bendings = BendingBatchOf<Real>;
   /// One Gauss-Seidel pass: dlambda = -(C + compliance lambda) / (compliance + sum mobility |grad
-  /// C|^2), moving particles.
-  void (*project_distances)(std::span<Distances>, SlotOf<Real>* particles, bool backward);
-  void (*project_bendings)(std::span<Bendings>, SlotOf<Real>* particles, bool backward);
+  /// C|^2), moving particles; backward in the opposite order.
+  void (*project)(const Batches&, SlotOf<Real>* particles, bool backward);
   /// Adds the kept multipliers' forces along the present gradients.
-  void (*kept_distance_forces)(std::span<const Distances>, const SlotOf<Real>* particles,
-                               SlotOf<Real>* forces);
-  void (*kept_bending_forces)(std::span<const Bendings>, const SlotOf<Real>* particles,
-                              SlotOf<Real>* forces);
+  void (*add_kept_forces)(const ConstBatches&, const SlotOf<Real>* particles, SlotOf<Real>* forces);
 };
 
 struct Kernels {
   StepKernels<double> step;
   StepKernels<float> step_in_single;
-  void (*project_triangles)(std::span<TriangleBatch>, Slot* particles, bool backward);
-  void (*kept_triangle_forces)(std::span<const TriangleBatch>, const Slot* particles, Slot* forces);
   /// Adds the elastic forces -C / compliance along the present gradients, whatever the multipliers.
-  Tally (*elastic_distance_forces)(std::span<const DistanceBatch>, const Slot* particles,
-                                   Slot* forces);
-  Tally (*elastic_bending_forces)(std::span<const BendingBatch>, const Slot* particles,
-                                  Slot* forces);
-  Tally (*elastic_triangle_forces)(std::span<const TriangleBatch>, const Slot* particles,
-                                   Slot* forces);
+  Tally (*add_elastic_forces)(const ConstBatches&, const Slot* particles, Slot* forces);
 };
 
 const Kernels& baseline_kernels();

@@ -73,6 +73,20 @@ template <>
 constexpr double kLeastProduct<float> = 1e-36;
 
 template <class Real>
+struct Edge {
+  Wide3<Real> vector;
+  Wide<Real> squared, length;
+};
+
+template <class Real>
+[[gnu::always_inline]] inline Edge<Real> edge_between(const Gathered<Real>& a,
+                                                      const Gathered<Real>& b) {
+  const Wide3<Real> vector = b.at - a.at;
+  const Wide<Real> squared = dot(vector, vector);
+  return {vector, squared, root(squared)};
+}
+
+template <class Real>
 struct Hinge {
   Wide<Real> fold;  // angle minus rest angle
   Wide3<Real> gradient[4];
@@ -80,16 +94,14 @@ struct Hinge {
 };
 
 template <class Real>
-[[gnu::always_inline]] inline Hinge<Real> hinge(const BendingBatchOf<Real>& batch,
+[[gnu::always_inline]] inline Hinge<Real> hinge(const Springs& springs, const Edge<Real>& along,
                                                 const Gathered<Real> (&particles)[4]) {
   const Wide<Real> zero = wide<Real>(0), one = wide<Real>(1);
+  const auto& [edge, squared, length] = along;
   const Wide3<Real>& origin = particles[0].at;
-  const Wide3<Real> edge = particles[1].at - origin, a = particles[2].at - origin,
-                    b = particles[3].at - origin;
+  const Wide3<Real> a = particles[2].at - origin, b = particles[3].at - origin;
   const Wide3<Real> normal_a = cross(edge, a), normal_b = cross(b, edge);
   const Wide<Real> squared_a = dot(normal_a, normal_a), squared_b = dot(normal_b, normal_b);
-  const Wide<Real> squared = dot(edge, edge);
-  const Wide<Real> length = root(squared);
   const Wide<Real> least = wide<Real>(kFlat<Real>) * squared * squared;
   const Wide<Real> product = squared_a * squared_b * squared;
   const Mask<Real> sound =
@@ -108,7 +120,7 @@ template <class Real>
   h.gradient[0] = (along_a - one) * h.gradient[2] + (along_b - one) * h.gradient[3];
   for (int k = 0; k < 4; ++k) h.squares[k] = dot(h.gradient[k], h.gradient[k]);
   const Wide<Real> angle = angle_of(-length * dot(normal_a, b), dot(normal_a, normal_b));
-  h.fold = select(sound, wrapped(angle - load(batch.rest)), zero);
+  h.fold = select(sound, wrapped(angle - load<Real>(springs.rest)), zero);
   return h;
 }
 
@@ -132,14 +144,16 @@ struct Stretch {
                                               const Gathered<double> (&particles)[3]) {
   typedef Wide<double> Number;
   typedef Wide3<double> Vector;
-  const Number along = load(batch.along), skew = load(batch.skew), across = load(batch.across);
-  const Number weight = load(batch.weight), one = wide<double>(1);
+  const auto number = [&](const Lanes<double>& lanes) { return load<double>(lanes); };
+  const Number along = number(batch.along), skew = number(batch.skew);
+  const Number across = number(batch.across), weight = number(batch.weight);
+  const Number one = wide<double>(1);
   const Vector& corner = particles[0].at;
   const Vector edge = particles[1].at - corner;
   const Vector f = along * edge, g = across * (particles[2].at - corner) - skew * edge;
   const Number ff = dot(f, f), gg = dot(g, g), fg = dot(f, g);
   const SheetStretch<SeveralTriangles> law = stretch_of_sheet<SeveralTriangles>(
-      (ff - one) + (gg - one), (ff - one) * (gg - one) - fg * fg, load(batch.bulk));
+      (ff - one) + (gg - one), (ff - one) * (gg - one) - fg * fg, number(batch.bulk));
   Stretch s;
   s.energy = weight * law.energy;
   const Number scale = weight * law.inverse_square;
@@ -160,97 +174,166 @@ inline Wide<double> over_constraint(const Wide<double>& energy, const Wide<doubl
   return select(strained, one / root(select(strained, doubled, one)), wide<double>(0));
 }
 
-template <class Real, class Batch, std::size_t kCount>
-[[gnu::always_inline]] inline void gather(const SlotOf<Real>* slots, const Batch& batch,
+template <class Real, std::size_t kCount>
+[[gnu::always_inline]] inline void gather(const SlotOf<Real>* slots,
+                                          const std::array<Lanes<int>, kCount>& vertex,
                                           Gathered<Real> (&particles)[kCount]) {
 #pragma GCC unroll 4
-  for (std::size_t k = 0; k < kCount; ++k) gather(slots, batch.vertex[k], particles[k]);
+  for (std::size_t k = 0; k < kCount; ++k) gather(slots, vertex[k], particles[k]);
 }
 
-template <class Real>
-[[gnu::always_inline]] inline void project(DistanceBatchOf<Real>& batch, SlotOf<Real>* particles) {
-  Gathered<Real> a, b;
-  gather(particles, batch.vertex[0], a);
-  gather(particles, batch.vertex[1], b);
-  const Wide3<Real> edge = b.at - a.at;
-  const Wide<Real> length = root(dot(edge, edge));
-  const Wide<Real> compliance = load(batch.compliance), force = load(batch.force);
-  const Wide<Real> stretch = length - load(batch.rest);
-  const Wide<Real> denominator = compliance + a.mobility + b.mobility;
-  const Mask<Real> sound = length > wide<Real>(0);
-  const Wide<Real> safe = select(sound, length, wide<Real>(1));
-  // change = -(C + compliance force) / denominator, and change / length, by one division.
-  const Wide<Real> inverse = wide<Real>(1) / (denominator * safe);
-  const Wide<Real> over_length =
-      select(sound, -(stretch + compliance * force) * inverse, wide<Real>(0));
-  store(batch.force, force + over_length * safe);
-  const Wide3<Real> push = over_length * edge;
-  scatter(particles, a, a.at - a.mobility * push);
-  scatter(particles, b, b.at + b.mobility * push);
+template <class Real, std::size_t kCount>
+[[gnu::always_inline]] inline void scatter(SlotOf<Real>* slots,
+                                           const Gathered<Real> (&particles)[kCount]) {
+#pragma GCC unroll 4
+  for (std::size_t k = 0; k < kCount; ++k) scatter(slots, particles[k]);
 }
 
+/// Adds `change` to the kept forces; what they have then changed by.
 template <class Real>
-[[gnu::always_inline]] inline void project(BendingBatchOf<Real>& batch, SlotOf<Real>* slots) {
-  Gathered<Real> p[4];
-  gather(slots, batch, p);
-  const Hinge<Real> h = hinge(batch, p);
-  const Wide<Real> compliance = load(batch.compliance), force = load(batch.force);
+[[gnu::always_inline]] inline Wide<Real> change_kept(Lanes<float>& forces, const Wide<Real>& force,
+                                                     const Wide<Real>& change) {
+  return put_in_single(force + change, forces.data()) - force;
+}
+
+/// The change of the force between the ends, on the second.
+template <class Real>
+[[gnu::always_inline]] inline Wide3<Real> project_length(Springs& springs, const Edge<Real>& edge,
+                                                         const Wide<Real>& mobility) {
+  const Wide<Real> compliance = load<Real>(springs.compliance);
+  const Wide<Real> force = load<Real>(springs.force);
+  const Wide<Real> stretch = edge.length - load<Real>(springs.rest);
+  const Wide<Real> denominator = compliance + mobility;
+  const Mask<Real> sound = edge.length > wide<Real>(0);
+  const Wide<Real> safe = select(sound, edge.length, wide<Real>(1));
+  const Wide<Real> inverse = wide<Real>(1) / (denominator * safe);  // one division for both
+  const Wide<Real> change =
+      change_kept(springs.force, force,
+                  select(sound, -(stretch + compliance * force) * (inverse * safe), wide<Real>(0)));
+  return (change * (inverse * denominator)) * edge.vector;
+}
+
+/// The change of the moment.
+template <class Real>
+[[gnu::always_inline]] inline Wide<Real> project_fold(Springs& springs, const Hinge<Real>& h,
+                                                      const Gathered<Real> (&p)[4]) {
+  const Wide<Real> compliance = load<Real>(springs.compliance);
+  const Wide<Real> force = load<Real>(springs.force);
   const Wide<Real> pull = (p[0].mobility * h.squares[0] + p[1].mobility * h.squares[1]) +
                           (p[2].mobility * h.squares[2] + p[3].mobility * h.squares[3]);
-  const Wide<Real> change = select(
-      pull > wide<Real>(0), -(h.fold + compliance * force) / (compliance + pull), wide<Real>(0));
-  store(batch.force, force + change);
-#pragma GCC unroll 4
-  for (std::size_t k = 0; k < 4; ++k)
-    scatter(slots, p[k], p[k].at + (p[k].mobility * change) * h.gradient[k]);
+  return change_kept(springs.force, force,
+                     select(pull > wide<Real>(0),
+                            -(h.fold + compliance * force) / (compliance + pull), wide<Real>(0)));
+}
+
+template <class Real>
+[[gnu::always_inline]] inline void move(Gathered<Real>& particle, const Wide3<Real>& force) {
+  particle.at = particle.at + particle.mobility * force;
+}
+
+template <class Real>
+[[gnu::always_inline]] inline void project(DistanceBatch& batch, SlotOf<Real>* slots) {
+  Gathered<Real> p[2];
+  gather(slots, batch.vertex, p);
+  const Wide3<Real> push =
+      project_length(batch.length, edge_between(p[0], p[1]), p[0].mobility + p[1].mobility);
+  move(p[0], -push);
+  move(p[1], push);
+  scatter(slots, p);
+}
+
+template <class Real>
+[[gnu::always_inline]] inline void project(BendingBatch& batch, SlotOf<Real>* slots) {
+  Gathered<Real> p[4];
+  gather(slots, batch.vertex, p);
+  const Hinge<Real> h = hinge(batch.fold, edge_between(p[0], p[1]), p);
+  const Wide<Real> moment = project_fold(batch.fold, h, p);
+  for (std::size_t k = 0; k < 4; ++k) move(p[k], moment * h.gradient[k]);
+  scatter(slots, p);
+}
+
+/// Both at once: a hinge's gradients are normal to its triangles, and so to the edge, that neither
+/// changes what the other asks for.
+template <class Real>
+[[gnu::always_inline]] inline void project(HingedEdgeBatch& batch, SlotOf<Real>* slots) {
+  Gathered<Real> p[4];
+  gather(slots, batch.vertex, p);
+  const Edge<Real> edge = edge_between(p[0], p[1]);
+  const Wide3<Real> push = project_length(batch.length, edge, p[0].mobility + p[1].mobility);
+  const Hinge<Real> h = hinge(batch.fold, edge, p);
+  const Wide<Real> moment = project_fold(batch.fold, h, p);
+  move(p[0], moment * h.gradient[0] - push);
+  move(p[1], moment * h.gradient[1] + push);
+  move(p[2], moment * h.gradient[2]);
+  move(p[3], moment * h.gradient[3]);
+  scatter(slots, p);
 }
 
 inline void project(TriangleBatch& batch, Slot* slots) {
   Gathered<double> p[3];
-  gather(slots, batch, p);
+  gather(slots, batch.vertex, p);
   const Stretch s = stretch(batch, p);
-  const Wide<double> inverse = over_constraint(s.energy, load(batch.weight));
-  const Wide<double> force = load(batch.force);
+  const Wide<double> inverse = over_constraint(s.energy, load<double>(batch.weight));
+  const Wide<double> force = load<double>(batch.force);
   const Wide<double> pull =
       inverse * inverse *
       (p[0].mobility * s.squares[0] + p[1].mobility * s.squares[1] + p[2].mobility * s.squares[2]);
   const Wide<double> change = -(2.0 * s.energy * inverse + force) / (1.0 + pull);
-  store(batch.force, force + change);
+  put(force + change, batch.force.data());
   for (std::size_t k = 0; k < 3; ++k)
-    scatter(slots, p[k], p[k].at + (p[k].mobility * change * inverse) * s.gradient[k]);
+    p[k].at = p[k].at + (p[k].mobility * change * inverse) * s.gradient[k];
+  scatter(slots, p);
 }
 
 template <class Batch, class Real>
-void project_all(std::span<Batch> batches, SlotOf<Real>* particles, bool backward) {
+void project_all(std::span<Batch> batches, SlotOf<Real>* slots, bool backward) {
   if (backward)
-    for (std::size_t k = batches.size(); k-- > 0;) project(batches[k], particles);
+    for (std::size_t n = batches.size(); n-- > 0;) project(batches[n], slots);
   else
-    for (Batch& batch : batches) project(batch, particles);
+    for (Batch& batch : batches) project(batch, slots);
 }
 
-template <class Real, std::size_t kCount>
-[[gnu::always_inline]] inline void push(SlotOf<Real>* forces, const std::array<int, kCount>& index,
+template <class Real>
+void project_batches(const Batches& batches, SlotOf<Real>* slots, bool backward) {
+  const auto project_triangles = [&] {
+    if constexpr (std::is_same_v<Real, double>) project_all(batches.triangles, slots, backward);
+  };
+  if (!backward) {
+    project_all(batches.distances, slots, backward);
+    project_all(batches.hinged_edges, slots, backward);
+    project_triangles();
+    project_all(batches.bendings, slots, backward);
+  } else {
+    project_all(batches.bendings, slots, backward);
+    project_triangles();
+    project_all(batches.hinged_edges, slots, backward);
+    project_all(batches.distances, slots, backward);
+  }
+}
+
+template <class Real>
+[[gnu::always_inline]] inline void push(SlotOf<Real>* forces, const Lanes<int>& vertex,
                                         const Wide3<Real>& force) {
-  Gathered<Real> old;
-  gather(forces, index, old);
-  scatter(forces, old, old.at + force);
+  Gathered<Real> sums;
+  gather(forces, vertex, sums);
+  sums.at = sums.at + force;
+  scatter(forces, sums);
 }
 
 /// 1 for a constraint, 0 for the copies that fill a short batch.
-inline Wide<double> presence(const Indices& index) {
-  if (index[kLanes - 1] != index[0]) return wide<double>(1);
-  alignas(64) Lanes present;
-  for (std::size_t lane = 0; lane < kLanes; ++lane)
-    present[lane] = lane > 0 && index[lane] == index[0] ? 0 : 1;
-  return load(present);
+template <class Batch>
+inline Wide<double> presence(const Batch& batch) {
+  if (!is_copy(batch, kLanes - 1)) return wide<double>(1);
+  alignas(64) Lanes<double> present;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) present[lane] = is_copy(batch, lane) ? 0 : 1;
+  return load<double>(present);
 }
 
 struct WideTally {
   Wide<double> energy = wide<double>(0), squares = wide<double>(0), count = wide<double>(0);
 
   void add(const Wide<double>& force, const Wide<double>& change, const Wide<double>& scale,
-           const Indices& index) {
-    const Wide<double> present = presence(index);
+           const Wide<double>& present) {
     energy += present * (wide<double>(-0.5) * force * change);
     squares += present * (force * force * scale);
     count += present;
@@ -258,105 +341,121 @@ struct WideTally {
   Tally total() const { return {sum(energy), sum(squares), sum(count)}; }
 };
 
+/// Forces along the present gradients: those that were kept, or elastic ones, which are counted.
 template <class Real>
-inline Wide3<Real> edge_of(const DistanceBatchOf<Real>& batch, const SlotOf<Real>* particles) {
-  Gathered<Real> a, b;
-  gather(particles, batch.vertex[0], a);
-  gather(particles, batch.vertex[1], b);
-  return b.at - a.at;
-}
-
-/// force / length along the edge, none where it has no length.
-template <class Real>
-inline void push_apart(const DistanceBatchOf<Real>& batch, const Wide3<Real>& edge,
-                       const Wide<Real>& length, const Wide<Real>& force, SlotOf<Real>* forces) {
-  const Wide<Real> zero = wide<Real>(0);
-  const Mask<Real> sound = length > zero;
-  const Wide3<Real> along =
-      select(sound, force / select(sound, length, wide<Real>(1)), zero) * edge;
-  push(forces, batch.vertex[0], wide<Real>(-1) * along);
-  push(forces, batch.vertex[1], along);
-}
-
-template <class Real>
-void kept_distance_forces(std::span<const DistanceBatchOf<Real>> batches,
-                          const SlotOf<Real>* particles, SlotOf<Real>* forces) {
-  for (const DistanceBatchOf<Real>& batch : batches) {
-    const Wide3<Real> edge = edge_of(batch, particles);
-    push_apart(batch, edge, root(dot(edge, edge)), load(batch.force), forces);
+struct KeptForces {
+  template <class Batch>
+  Wide<Real> of(const Batch&, const Springs& springs, const Wide<Real>&, const Wide<Real>&) {
+    return load<Real>(springs.force);
   }
-}
+};
 
-template <class Real>
-void kept_bending_forces(std::span<const BendingBatchOf<Real>> batches,
-                         const SlotOf<Real>* particles, SlotOf<Real>* forces) {
-  for (const BendingBatchOf<Real>& batch : batches) {
-    Gathered<Real> p[4];
-    gather(particles, batch, p);
-    const Hinge<Real> h = hinge(batch, p);
-    for (std::size_t k = 0; k < 4; ++k)
-      push(forces, batch.vertex[k], load(batch.force) * h.gradient[k]);
-  }
-}
-
-Tally elastic_distance_forces(std::span<const DistanceBatch> batches, const Slot* particles,
-                              Slot* forces) {
+struct ElasticForces {
   WideTally tally;
-  for (const DistanceBatch& batch : batches) {
-    const Wide3<double> edge = edge_of(batch, particles);
-    const Wide<double> length = root(dot(edge, edge));
-    const Wide<double> stretch = length - load(batch.rest);
-    const Wide<double> force = -stretch / load(batch.compliance);
-    tally.add(force, stretch, wide<double>(1), batch.vertex[0]);
-    push_apart(batch, edge, length, force, forces);
+
+  template <class Batch>
+  Wide<double> of(const Batch& batch, const Springs& springs, const Wide<double>& change,
+                  const Wide<double>& scale) {
+    const Wide<double> force = -change / load<double>(springs.compliance);
+    tally.add(force, change, scale, presence(batch));
+    return force;
   }
-  return tally.total();
+};
+
+/// The force on the edge's second end; none where it has no length.
+template <class Real, class Batch, class Forces>
+[[gnu::always_inline]] inline Wide3<Real> length_force(const Batch& batch, const Edge<Real>& edge,
+                                                       Forces& forces) {
+  const Wide<Real> stretch = edge.length - load<Real>(batch.length.rest);
+  const Wide<Real> force = forces.of(batch, batch.length, stretch, wide<Real>(1));
+  const Mask<Real> sound = edge.length > wide<Real>(0);
+  return select(sound, force / select(sound, edge.length, wide<Real>(1)), wide<Real>(0)) *
+         edge.vector;
 }
 
-Tally elastic_bending_forces(std::span<const BendingBatch> batches, const Slot* particles,
-                             Slot* forces) {
-  WideTally tally;
-  for (const BendingBatch& batch : batches) {
-    Gathered<double> p[4];
-    gather(particles, batch, p);
-    const Hinge<double> h = hinge(batch, p);
-    const Wide<double> force = -h.fold / load(batch.compliance);
-    tally.add(force, h.fold, h.squares[2], batch.vertex[0]);
-    for (std::size_t k = 0; k < 4; ++k) push(forces, batch.vertex[k], force * h.gradient[k]);
-  }
-  return tally.total();
+template <class Real, class Forces>
+[[gnu::always_inline]] inline void add_forces(const DistanceBatch& batch, const SlotOf<Real>* slots,
+                                              SlotOf<Real>* to, Forces& forces) {
+  Gathered<Real> p[2];
+  gather(slots, batch.vertex, p);
+  const Wide3<Real> push_apart = length_force(batch, edge_between(p[0], p[1]), forces);
+  push(to, batch.vertex[0], -push_apart);
+  push(to, batch.vertex[1], push_apart);
 }
 
-template <bool kElastic>
-Tally triangle_forces(std::span<const TriangleBatch> batches, const Slot* particles, Slot* forces) {
-  WideTally tally;
-  for (const TriangleBatch& batch : batches) {
-    Gathered<double> p[3];
-    gather(particles, batch, p);
-    const Stretch s = stretch(batch, p);
-    const Wide<double> minus = wide<double>(-1);
-    const Wide<double> force =
-        kElastic ? minus : load(batch.force) * over_constraint(s.energy, load(batch.weight));
-    if (kElastic) tally.add(minus, 2.0 * s.energy, s.squares[2], batch.vertex[0]);
-    for (std::size_t k = 0; k < 3; ++k) push(forces, batch.vertex[k], force * s.gradient[k]);
-  }
-  return tally.total();
+template <class Real, class Forces>
+[[gnu::always_inline]] inline void add_forces(const BendingBatch& batch, const SlotOf<Real>* slots,
+                                              SlotOf<Real>* to, Forces& forces) {
+  Gathered<Real> p[4];
+  gather(slots, batch.vertex, p);
+  const Hinge<Real> h = hinge(batch.fold, edge_between(p[0], p[1]), p);
+  const Wide<Real> moment = forces.of(batch, batch.fold, h.fold, h.squares[2]);
+  for (std::size_t k = 0; k < 4; ++k) push(to, batch.vertex[k], moment * h.gradient[k]);
 }
 
-void kept_triangle_forces(std::span<const TriangleBatch> batches, const Slot* particles,
-                          Slot* forces) {
-  triangle_forces<false>(batches, particles, forces);
+template <class Real, class Forces>
+[[gnu::always_inline]] inline void add_forces(const HingedEdgeBatch& batch,
+                                              const SlotOf<Real>* slots, SlotOf<Real>* to,
+                                              Forces& forces) {
+  Gathered<Real> p[4];
+  gather(slots, batch.vertex, p);
+  const Edge<Real> edge = edge_between(p[0], p[1]);
+  const Wide3<Real> push_apart = length_force(batch, edge, forces);
+  const Hinge<Real> h = hinge(batch.fold, edge, p);
+  const Wide<Real> moment = forces.of(batch, batch.fold, h.fold, h.squares[2]);
+  push(to, batch.vertex[0], moment * h.gradient[0] - push_apart);
+  push(to, batch.vertex[1], moment * h.gradient[1] + push_apart);
+  push(to, batch.vertex[2], moment * h.gradient[2]);
+  push(to, batch.vertex[3], moment * h.gradient[3]);
+}
+
+inline Wide<double> force_of(const TriangleBatch& batch, const Stretch& s, KeptForces<double>&) {
+  return load<double>(batch.force) * over_constraint(s.energy, load<double>(batch.weight));
+}
+
+inline Wide<double> force_of(const TriangleBatch& batch, const Stretch& s, ElasticForces& forces) {
+  const Wide<double> minus = wide<double>(-1);
+  forces.tally.add(minus, 2.0 * s.energy, s.squares[2], presence(batch));
+  return minus;
+}
+
+template <class Forces>
+inline void add_forces(const TriangleBatch& batch, const Slot* slots, Slot* to, Forces& forces) {
+  Gathered<double> p[3];
+  gather(slots, batch.vertex, p);
+  const Stretch s = stretch(batch, p);
+  const Wide<double> force = force_of(batch, s, forces);
+  for (std::size_t k = 0; k < 3; ++k) push(to, batch.vertex[k], force * s.gradient[k]);
+}
+
+template <class Real, class Forces>
+void add_all_forces(const ConstBatches& batches, const SlotOf<Real>* slots, SlotOf<Real>* to,
+                    Forces& forces) {
+  const auto add = [&](const auto& of_a_kind) {
+    for (const auto& batch : of_a_kind) add_forces(batch, slots, to, forces);
+  };
+  add(batches.distances);
+  add(batches.hinged_edges);
+  if constexpr (std::is_same_v<Real, double>) add(batches.triangles);
+  add(batches.bendings);
 }
 
 template <class Real>
-constexpr StepKernels<Real> kStepKernels{project_all<DistanceBatchOf<Real>, Real>,
-                                         project_all<BendingBatchOf<Real>, Real>,
-                                         kept_distance_forces<Real>, kept_bending_forces<Real>};
+void add_kept_forces(const ConstBatches& batches, const SlotOf<Real>* slots, SlotOf<Real>* to) {
+  KeptForces<Real> forces;
+  add_all_forces(batches, slots, to, forces);
+}
 
-constexpr Kernels kTable{
-    kStepKernels<double>, kStepKernels<float>,     project_all<TriangleBatch, double>,
-    kept_triangle_forces, elastic_distance_forces, elastic_bending_forces,
-    triangle_forces<true>};
+Tally add_elastic_forces(const ConstBatches& batches, const Slot* slots, Slot* to) {
+  ElasticForces forces;
+  add_all_forces(batches, slots, to, forces);
+  return forces.tally.total();
+}
+
+template <class Real>
+constexpr StepKernels<Real> kStepKernels{project_batches<Real>, add_kept_forces<Real>};
+
+constexpr Kernels kTable{kStepKernels<double>, kStepKernels<float>, add_elastic_forces};
 
 }  // namespace
 }  // namespace vstent::xpbd

@@ -4,70 +4,138 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 #include <span>
-#include <tuple>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace vstent::xpbd {
 namespace {
 
-// Two dozen kilobytes of particles: a block stays in the first-level cache while its colours run
+// Two dozen kilobytes of particles: a block stays in the first-level cache while its batches run
 // over it.
 constexpr int kBlockVertices = 768;
 
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
-std::array<int, 2> vertices(const DistanceConstraint& d) { return {d.i, d.j}; }
-std::array<int, 4> vertices(const BendingConstraint& b) {
-  return {b.edge_a, b.edge_b, b.wing_a, b.wing_b};
-}
+enum Kind { kDistance, kHingedEdge, kTriangle, kBending, kKinds };
 
-std::array<int, 3> vertices(const TriangleConstraint& t) { return t.vertices; }
+/// All that a sheet puts into batches, numbered through, one kind after the other. What has no
+/// stiffness does nothing and is left out.
+class Constraints {
+ public:
+  explicit Constraints(const Sheet& sheet) : sheet_(sheet) {
+    const std::vector<int> distance_at = pair_up();
+    std::vector<char> is_paired(sheet.distances.size(), 0);
+    for (const int d : distance_at)
+      if (d >= 0) is_paired[at(d)] = 1;
+    for (std::size_t d = 0; d < sheet.distances.size(); ++d) {
+      const DistanceConstraint& distance = sheet.distances[d];
+      if (distance.stiffness > 0 && !is_paired[d])
+        add({static_cast<int>(d), -1}, {distance.i, distance.j});
+    }
+    const auto add_bendings = [&](bool paired) {
+      for (std::size_t b = 0; b < sheet.bendings.size(); ++b) {
+        const BendingConstraint& bending = sheet.bendings[b];
+        if (bending.stiffness > 0 && (distance_at[b] >= 0) == paired)
+          add({distance_at[b], static_cast<int>(b)},
+              {bending.edge_a, bending.edge_b, bending.wing_a, bending.wing_b});
+      }
+    };
+    first_of_[kHingedEdge] = count();
+    add_bendings(true);
+    first_of_[kTriangle] = count();
+    for (std::size_t t = 0; t < sheet.triangles.size(); ++t) {
+      const auto [i, j, k] = sheet.triangles[t].vertices;
+      if (sheet.triangles[t].stiffness > 0) add({static_cast<int>(t), -1}, {i, j, k});
+    }
+    first_of_[kBending] = count();
+    add_bendings(false);
+  }
 
-/// Constraints at each vertex, distances first, then bendings, then triangles, numbered through.
-struct Incidence {
-  std::vector<int> first;
-  std::vector<int> constraint;
+  std::size_t count() const { return sources_.size(); }
+  std::span<const int> vertices(std::size_t c) const {
+    return std::span(vertices_).subspan(first_[c], first_[c + 1] - first_[c]);
+  }
+  Kind kind(std::size_t c) const {
+    int kind = kDistance;
+    while (kind + 1 < kKinds && c >= first_of_[at(kind + 1)]) ++kind;
+    return static_cast<Kind>(kind);
+  }
+  void number_vertices(const std::vector<int>& number) {
+    for (int& v : vertices_) v = number[at(v)];
+  }
+
+  const DistanceConstraint& distance(std::size_t c) const {
+    return sheet_.distances[at(sources_[c][0])];
+  }
+  const TriangleConstraint& triangle(std::size_t c) const {
+    return sheet_.triangles[at(sources_[c][0])];
+  }
+  const BendingConstraint& bending(std::size_t c) const {
+    return sheet_.bendings[at(sources_[c][1])];
+  }
+
+ private:
+  void add(const std::array<int, 2>& source, std::initializer_list<int> vertices) {
+    sources_.push_back(source);
+    vertices_.insert(vertices_.end(), vertices);
+    first_.push_back(vertices_.size());
+  }
+
+  /// The distance along the edge of each bending, -1: none.
+  std::vector<int> pair_up() const {
+    std::vector<int> first(sheet_.positions.size() + 1, 0);  // by a distance's lower vertex
+    for (const DistanceConstraint& d : sheet_.distances) ++first[at(std::min(d.i, d.j)) + 1];
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    std::vector<int> sorted(sheet_.distances.size());
+    std::vector<int> next(first.begin(), first.end() - 1);
+    for (std::size_t d = 0; d < sheet_.distances.size(); ++d)
+      sorted[at(next[at(std::min(sheet_.distances[d].i, sheet_.distances[d].j))]++)] =
+          static_cast<int>(d);
+    std::vector<int> pair(sheet_.bendings.size(), -1);
+    for (std::size_t b = 0; b < pair.size(); ++b) {
+      const BendingConstraint& bending = sheet_.bendings[b];
+      if (!(bending.stiffness > 0)) continue;
+      const auto [low, high] = std::minmax(bending.edge_a, bending.edge_b);
+      for (int n = first[at(low)]; n < first[at(low) + 1]; ++n) {
+        int& d = sorted[at(n)];  // -1 once it is taken
+        if (d < 0) continue;
+        const DistanceConstraint& distance = sheet_.distances[at(d)];
+        if (!(distance.stiffness > 0) || std::max(distance.i, distance.j) != high) continue;
+        pair[b] = std::exchange(d, -1);
+        break;
+      }
+    }
+    return pair;
+  }
+
+  const Sheet& sheet_;
+  std::vector<std::array<int, 2>> sources_;  // distance or triangle, and bending
+  std::vector<std::size_t> first_{0};
+  std::vector<int> vertices_;
+  std::array<std::size_t, kKinds> first_of_{};
 };
-
-template <class Visit>
-void for_each_member(const Sheet& sheet, const Visit& visit) {
-  int constraint = 0;
-  for (const DistanceConstraint& d : sheet.distances) {
-    for (int v : vertices(d)) visit(v, constraint);
-    ++constraint;
-  }
-  for (const BendingConstraint& b : sheet.bendings) {
-    for (int v : vertices(b)) visit(v, constraint);
-    ++constraint;
-  }
-  for (const TriangleConstraint& t : sheet.triangles) {
-    for (int v : vertices(t)) visit(v, constraint);
-    ++constraint;
-  }
-}
-
-Incidence make_incidence(const Sheet& sheet) {
-  Incidence incidence;
-  incidence.first.assign(sheet.positions.size() + 1, 0);
-  for_each_member(sheet, [&](int v, int) { ++incidence.first[at(v) + 1]; });
-  std::partial_sum(incidence.first.begin(), incidence.first.end(), incidence.first.begin());
-  incidence.constraint.resize(at(incidence.first.back()));
-  std::vector<int> next(incidence.first.begin(), incidence.first.end() - 1);
-  for_each_member(sheet, [&](int v, int c) { incidence.constraint[at(next[at(v)]++)] = c; });
-  return incidence;
-}
 
 /// Breadth-first walk of one connected piece.
 class Walk {
  public:
-  explicit Walk(const Sheet& sheet)
-      : sheet_(sheet),
-        incidence_(make_incidence(sheet)),
-        vertex_walk_(sheet.positions.size(), -1),
-        constraint_walk_(sheet.distances.size() + sheet.bendings.size() + sheet.triangles.size(),
-                         -1) {}
+  Walk(const Constraints& constraints, std::size_t vertex_count)
+      : constraints_(constraints),
+        first_(vertex_count + 1, 0),
+        vertex_walk_(vertex_count, -1),
+        constraint_walk_(constraints.count(), -1) {
+    for (std::size_t c = 0; c < constraints.count(); ++c)
+      for (const int v : constraints.vertices(c)) ++first_[at(v) + 1];
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
+    at_vertex_.resize(at(first_.back()));
+    std::vector<int> next(first_.begin(), first_.end() - 1);
+    for (std::size_t c = 0; c < constraints.count(); ++c)
+      for (const int v : constraints.vertices(c))
+        at_vertex_[at(next[at(v)]++)] = static_cast<int>(c);
+  }
 
   bool seen(int vertex) const { return vertex_walk_[at(vertex)] >= 0; }
 
@@ -89,32 +157,26 @@ class Walk {
   }
 
   void visit_neighbours(int vertex, std::vector<int>& order) {
-    for (int k = incidence_.first[at(vertex)]; k < incidence_.first[at(vertex) + 1]; ++k) {
-      const int c = incidence_.constraint[at(k)];
+    for (int k = first_[at(vertex)]; k < first_[at(vertex) + 1]; ++k) {
+      const int c = at_vertex_[at(k)];
       if (std::exchange(constraint_walk_[at(c)], walk_) == walk_) continue;
-      const std::size_t distances = sheet_.distances.size();
-      const std::size_t hinged = distances + sheet_.bendings.size();
-      if (at(c) < distances)
-        for (int v : vertices(sheet_.distances[at(c)])) visit(v, order);
-      else if (at(c) < hinged)
-        for (int v : vertices(sheet_.bendings[at(c) - distances])) visit(v, order);
-      else
-        for (int v : vertices(sheet_.triangles[at(c) - hinged])) visit(v, order);
+      for (const int v : constraints_.vertices(at(c))) visit(v, order);
     }
   }
 
-  const Sheet& sheet_;
-  Incidence incidence_;
+  const Constraints& constraints_;
+  std::vector<int> first_, at_vertex_;  // constraints by vertex
   std::vector<int> vertex_walk_, constraint_walk_;
   int walk_ = -1;
 };
 
 /// Where each block begins, and the total at the end; `order` is filled with the sheet's vertices.
-std::vector<int> blocks_of_levels(const Sheet& sheet, std::vector<int>& order) {
-  Walk walk(sheet);
+std::vector<int> blocks_of_levels(const Constraints& constraints, std::size_t vertex_count,
+                                  std::vector<int>& order) {
+  Walk walk(constraints, vertex_count);
   std::vector<int> levels, scratch, scratch_levels;
-  order.reserve(sheet.positions.size());
-  for (int v = 0; v < static_cast<int>(sheet.positions.size()); ++v) {
+  order.reserve(vertex_count);
+  for (int v = 0; v < static_cast<int>(vertex_count); ++v) {
     if (walk.seen(v)) continue;
     // The last vertex that a walk reaches lies at an end of the piece: from there levels are many
     // and narrow.
@@ -136,213 +198,224 @@ std::vector<int> blocks_of_levels(const Sheet& sheet, std::vector<int>& order) {
   return blocks;
 }
 
-/// Colours constraints so that none of a colour share a vertex, and hands out each colour's batch
-/// by batch.
-class Colouring {
+/// Hands out constraints batch by batch. They are coloured so that none of a colour share a vertex:
+/// batches of one colour do not wait for one another. What is left of the colours fills batches
+/// together.
+class Packing {
  public:
-  explicit Colouring(std::size_t vertex_count) : used_(vertex_count, 0) {}
+  Packing(const Constraints& constraints, std::size_t vertex_count)
+      : constraints_(constraints), used_(vertex_count, 0) {}
 
-  template <class Members, class Emit>
-  void batch(std::span<int> constraints, const Members& members, const Emit& emit) {
+  /// emit(constraints of a batch), at most kLanes.
+  template <class Emit>
+  void pack(std::span<const int> constraints, const Emit& emit) {
+    left_.clear();
     rest_.assign(constraints.begin(), constraints.end());
     while (!rest_.empty()) {  // more than one round only where 64 constraints meet at a vertex
-      for (auto& colour : colours_) colour.clear();
-      later_.clear();
-      for (int c : rest_) {
-        std::uint64_t used = 0;
-        for (int v : members(c)) used |= used_[at(v)];
-        const int colour = std::countr_one(used);
-        if (colour == 64) {
-          later_.push_back(c);
-          continue;
-        }
-        for (int v : members(c)) used_[at(v)] |= std::uint64_t{1} << colour;
-        colours_[at(colour)].push_back(c);
+      colour();
+      for (std::vector<int>& colour : colours_) {
+        std::size_t taken = 0;
+        for (; taken + kLanes <= colour.size(); taken += kLanes)
+          emit(std::span(colour).subspan(taken, kLanes));
+        left_.insert(left_.end(), colour.begin() + static_cast<std::ptrdiff_t>(taken),
+                     colour.end());
+        colour.clear();
       }
-      for (int c : rest_)
-        for (int v : members(c)) used_[at(v)] = 0;
-      for (const auto& colour : colours_)
-        for (std::size_t k = 0; k < colour.size(); k += kLanes) {
-          Indices lanes;
-          for (std::size_t lane = 0; lane < kLanes; ++lane)
-            lanes[lane] = k + lane < colour.size() ? colour[k + lane] : colour[k];
-          emit(lanes);
-        }
       rest_.swap(later_);
     }
+    pack_leftovers(emit);
   }
 
  private:
-  std::vector<std::uint64_t> used_;
-  std::array<std::vector<int>, 64> colours_;
-  std::vector<int> rest_, later_;
-};
+  static constexpr int kColours = 64;
 
-/// Constraints sorted by task (2 block for within it, 2 block + 1 for between it and the next),
-/// then by place.
-template <class Constraint>
-struct Sorted {
-  std::vector<int> constraint;
-  std::vector<std::size_t> first;  // by task
-};
-
-template <class Constraint>
-Sorted<Constraint> sort_by_task(const std::vector<Constraint>& constraints,
-                                const std::vector<int>& number, const std::vector<int>& block,
-                                std::size_t tasks) {
-  struct Key {
-    int task, lowest;
-  };
-  std::vector<Key> keys(constraints.size());
-  Sorted<Constraint> sorted;
-  std::vector<int> count(number.size() + 1, 0);
-  sorted.first.assign(tasks + 1, 0);
-  for (std::size_t c = 0; c < constraints.size(); ++c) {
-    int lowest = static_cast<int>(number.size()), highest = -1;
-    for (int v : vertices(constraints[c])) {
-      lowest = std::min(lowest, number[at(v)]);
-      highest = std::max(highest, number[at(v)]);
-    }
-    const int low_block = block[at(lowest)], high_block = block[at(highest)];
-    keys[c] = {2 * low_block + (high_block > low_block ? 1 : 0), lowest};
-    if (!(constraints[c].stiffness > 0)) continue;
-    ++count[at(lowest) + 1];
-    ++sorted.first[at(keys[c].task) + 1];
+  /// Bits of the colours at its vertices.
+  std::uint64_t used_beside(int c) const {
+    std::uint64_t used = 0;
+    for (const int v : constraints_.vertices(at(c))) used |= used_[at(v)];
+    return used;
   }
-  // A counting sort by place, then one by task that keeps the places' order.
+  void use(int c, int colour) {
+    for (const int v : constraints_.vertices(at(c))) used_[at(v)] |= std::uint64_t{1} << colour;
+  }
+  void release(std::span<const int> constraints, std::uint64_t colours) {
+    for (const int c : constraints)
+      for (const int v : constraints_.vertices(at(c))) used_[at(v)] &= ~colours;
+  }
+
+  void colour() {
+    later_.clear();
+    for (const int c : rest_) {
+      const int colour = std::countr_one(used_beside(c));
+      (colour == kColours ? later_ : colours_[at(colour)]).push_back(c);
+      if (colour < kColours) use(c, colour);
+    }
+    release(rest_, ~std::uint64_t{0});
+  }
+
+  template <class Emit>
+  void pack_leftovers(const Emit& emit) {
+    for (const int c : left_) {
+      const int open = std::min(std::countr_one(used_beside(c)), kColours - 1);
+      std::vector<int>& batch = colours_[at(open)];
+      const std::uint64_t bit = std::uint64_t{1} << open;
+      const auto close = [&] {
+        emit(std::span(batch));
+        release(batch, bit);
+        batch.clear();
+      };
+      if (used_beside(c) & bit) close();  // all are taken at its vertices
+      use(c, open);
+      batch.push_back(c);
+      if (batch.size() == kLanes) close();
+    }
+    for (std::vector<int>& batch : colours_) {
+      if (!batch.empty()) emit(std::span(batch));
+      batch.clear();
+    }
+    release(left_, ~std::uint64_t{0});
+  }
+
+  const Constraints& constraints_;
+  std::vector<std::uint64_t> used_;
+  std::array<std::vector<int>, kColours> colours_;
+  std::vector<int> rest_, later_, left_;
+};
+
+/// Constraints sorted by task (2 block for within it, 2 block + 1 for between it and the next) and
+/// kind, then by place.
+struct Sorted {
+  std::vector<int> constraints;
+  std::vector<std::size_t> first;  // by task and kind
+
+  std::span<const int> of(std::size_t task, Kind kind) const {
+    const std::size_t n = kKinds * task + kind;
+    return std::span(constraints).subspan(first[n], first[n + 1] - first[n]);
+  }
+};
+
+Sorted sort_by_task(const Constraints& constraints, const std::vector<int>& block,
+                    std::size_t tasks) {
+  struct Key {
+    std::size_t group;
+    int lowest;
+  };
+  std::vector<Key> keys(constraints.count());
+  std::vector<int> count(block.size() + 1, 0);
+  Sorted sorted;
+  sorted.first.assign(kKinds * tasks + 1, 0);
+  for (std::size_t c = 0; c < keys.size(); ++c) {
+    const std::span<const int> vertices = constraints.vertices(c);
+    const auto [lowest, highest] = std::minmax_element(vertices.begin(), vertices.end());
+    const int low_block = block[at(*lowest)], high_block = block[at(*highest)];
+    const std::size_t task = 2 * at(low_block) + (high_block > low_block ? 1 : 0);
+    keys[c] = {kKinds * task + constraints.kind(c), *lowest};
+    ++count[at(*lowest) + 1];
+    ++sorted.first[keys[c].group + 1];
+  }
+  // A counting sort by place, then one by group that keeps the places' order.
   std::partial_sum(count.begin(), count.end(), count.begin());
   std::partial_sum(sorted.first.begin(), sorted.first.end(), sorted.first.begin());
-  std::vector<int> by_place(sorted.first.back());
-  for (std::size_t c = 0; c < constraints.size(); ++c)
-    if (constraints[c].stiffness > 0)
-      by_place[at(count[at(keys[c].lowest)]++)] = static_cast<int>(c);
-  sorted.constraint.resize(by_place.size());
+  std::vector<int> by_place(keys.size());
+  for (std::size_t c = 0; c < keys.size(); ++c)
+    by_place[at(count[at(keys[c].lowest)]++)] = static_cast<int>(c);
+  sorted.constraints.resize(keys.size());
   std::vector<std::size_t> next(sorted.first.begin(), sorted.first.end() - 1);
-  for (int c : by_place) sorted.constraint[next[at(keys[at(c)].task)]++] = c;
+  for (int c : by_place) sorted.constraints[next[keys[at(c)].group]++] = c;
   return sorted;
+}
+
+void set(Springs& springs, std::size_t lane, double rest, double stiffness) {
+  const auto compliance = static_cast<float>(1 / stiffness);
+  if (!(compliance >= std::numeric_limits<float>::min()) ||
+      compliance > std::numeric_limits<float>::max())
+    throw std::invalid_argument("a stiffness of " + std::to_string(stiffness) +
+                                " is beyond 1e-38 to 8e37 N/mm (N mm for bending)");
+  springs.rest[lane] = rest;
+  springs.compliance[lane] = compliance;
+  springs.force[lane] = 0;
+}
+
+void set(DistanceBatch& batch, std::size_t lane, const Constraints& all, std::size_t c) {
+  set(batch.length, lane, all.distance(c).rest_length, all.distance(c).stiffness);
+}
+
+void set(BendingBatch& batch, std::size_t lane, const Constraints& all, std::size_t c) {
+  set(batch.fold, lane, all.bending(c).rest_angle, all.bending(c).stiffness);
+}
+
+void set(HingedEdgeBatch& batch, std::size_t lane, const Constraints& all, std::size_t c) {
+  set(batch.length, lane, all.distance(c).rest_length, all.distance(c).stiffness);
+  set(batch.fold, lane, all.bending(c).rest_angle, all.bending(c).stiffness);
+}
+
+void set(TriangleBatch& batch, std::size_t lane, const Constraints& all, std::size_t c) {
+  const TriangleConstraint& t = all.triangle(c);
+  batch.along[lane] = 1 / t.base;
+  batch.skew[lane] = t.foot / (t.base * t.height);
+  batch.across[lane] = 1 / t.height;
+  batch.weight[lane] = shear_modulus(t) * 0.5 * t.base * t.height;
+  batch.bulk[lane] = 2 * (1 + t.poisson_ratio) / (3 * (1 - 2 * t.poisson_ratio));
+  batch.force[lane] = 0;
+}
+
+/// Appends a task's constraints of one kind.
+template <class Batch>
+Task::Range append(const Constraints& all, std::span<const int> constraints, Packing& packing,
+                   std::vector<Batch>& batches) {
+  const std::size_t first = batches.size();
+  packing.pack(constraints, [&](std::span<const int> packed) {
+    Batch& batch = batches.emplace_back();
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const std::size_t c = at(packed[lane < packed.size() ? lane : 0]);
+      set(batch, lane, all, c);
+      for (std::size_t k = 0; k < batch.vertex.size(); ++k)
+        batch.vertex[k][lane] = all.vertices(c)[k];
+    }
+  });
+  return {first, batches.size()};
 }
 
 }  // namespace
 
 Layout make_layout(const Sheet& sheet) {
   Layout layout;
-  const std::vector<int> blocks = blocks_of_levels(sheet, layout.original);
+  Constraints constraints(sheet);
+  const std::size_t count = sheet.positions.size();
+  const std::vector<int> blocks = blocks_of_levels(constraints, count, layout.original);
   const std::size_t tasks = blocks.size() < 2 ? 0 : 2 * (blocks.size() - 1);
-  layout.number.resize(layout.original.size());
-  std::vector<int> block(layout.original.size());
-  for (std::size_t k = 0, b = 0; k < layout.original.size(); ++k) {
+  layout.number.resize(count);
+  std::vector<int> block(count);
+  for (std::size_t k = 0, b = 0; k < count; ++k) {
     while (static_cast<int>(k) >= blocks[b + 1]) ++b;
     layout.number[at(layout.original[k])] = static_cast<int>(k);
     block[k] = static_cast<int>(b);
   }
-
-  auto distances = sort_by_task(sheet.distances, layout.number, block, tasks);
-  auto bendings = sort_by_task(sheet.bendings, layout.number, block, tasks);
-  auto triangles = sort_by_task(sheet.triangles, layout.number, block, tasks);
-  layout.distances.reserve(distances.constraint.size() / kLanes * 17 / 16 + tasks);
-  layout.bendings.reserve(bendings.constraint.size() / kLanes * 17 / 16 + tasks);
-  layout.triangles.reserve(triangles.constraint.size() / kLanes * 17 / 16 + tasks);
-  Colouring colouring(sheet.positions.size());
-  const auto members = [&](const auto& constraint) {
-    auto indices = vertices(constraint);
-    for (int& v : indices) v = layout.number[at(v)];
-    return indices;
-  };
-  const auto fill = [&](const auto& constraints, auto& sorted, std::size_t t, auto& batches,
-                        const auto& set_vertices) {
-    colouring.batch(
-        std::span(sorted.constraint)
-            .subspan(sorted.first[t], sorted.first[t + 1] - sorted.first[t]),
-        [&](int c) { return members(constraints[at(c)]); },
-        [&](const Indices& lanes) {
-          auto& batch = batches.emplace_back();
-          for (std::size_t lane = 0; lane < kLanes; ++lane) {
-            const auto& constraint = constraints[at(lanes[lane])];
-            batch.force[lane] = 0;
-            set_vertices(batch, lane, constraint);
-          }
-        });
-  };
+  constraints.number_vertices(layout.number);
+  const Sorted sorted = sort_by_task(constraints, block, tasks);
+  Packing packing(constraints, count);
   for (std::size_t t = 0; t < tasks; ++t) {
-    Task task{layout.distances.size(), 0, layout.bendings.size(), 0, layout.triangles.size(), 0};
-    fill(sheet.distances, distances, t, layout.distances,
-         [&](DistanceBatch& batch, std::size_t lane, const DistanceConstraint& d) {
-           batch.rest[lane] = d.rest_length;
-           batch.compliance[lane] = 1 / d.stiffness;
-           const std::array<int, 2> v = members(d);
-           for (std::size_t k = 0; k < 2; ++k) batch.vertex[k][lane] = v[k];
-         });
-    fill(sheet.bendings, bendings, t, layout.bendings,
-         [&](BendingBatch& batch, std::size_t lane, const BendingConstraint& b) {
-           batch.rest[lane] = b.rest_angle;
-           batch.compliance[lane] = 1 / b.stiffness;
-           const std::array<int, 4> v = members(b);
-           for (std::size_t k = 0; k < 4; ++k) batch.vertex[k][lane] = v[k];
-         });
-    fill(sheet.triangles, triangles, t, layout.triangles,
-         [&](TriangleBatch& batch, std::size_t lane, const TriangleConstraint& e) {
-           batch.along[lane] = 1 / e.base;
-           batch.skew[lane] = e.foot / (e.base * e.height);
-           batch.across[lane] = 1 / e.height;
-           batch.weight[lane] = shear_modulus(e) * 0.5 * e.base * e.height;
-           batch.bulk[lane] = 2 * (1 + e.poisson_ratio) / (3 * (1 - 2 * e.poisson_ratio));
-           const std::array<int, 3> v = members(e);
-           for (std::size_t k = 0; k < 3; ++k) batch.vertex[k][lane] = v[k];
-         });
-    task.last_distance = layout.distances.size();
-    task.last_bending = layout.bendings.size();
-    task.last_triangle = layout.triangles.size();
-    (t % 2 == 0 ? layout.within : layout.between).push_back(task);
+    const auto batches = [&](Kind kind, auto& all) {
+      return append(constraints, sorted.of(t, kind), packing, all);
+    };
+    (t % 2 == 0 ? layout.within : layout.between)
+        .push_back({batches(kDistance, layout.distances), batches(kHingedEdge, layout.hinged_edges),
+                    batches(kTriangle, layout.triangles), batches(kBending, layout.bendings)});
   }
+  layout.distances.shrink_to_fit();
+  layout.hinged_edges.shrink_to_fit();
+  layout.triangles.shrink_to_fit();
+  layout.bendings.shrink_to_fit();
   return layout;
 }
 
-BatchesOf<float> in_single_precision(const Layout& layout) {
-  static_assert(kLanesOf<float> == 2 * kLanes);
-  std::vector<std::size_t> mark(layout.number.size(), 0);
-  std::size_t marks = 0;
-  const auto share_a_vertex = [&](const auto& a, const auto& b) {
-    ++marks;
-    for (const Indices& corner : a.vertex)
-      for (int v : corner) mark[at(v)] = marks;
-    for (const Indices& corner : b.vertex)
-      for (int v : corner)
-        if (mark[at(v)] == marks) return true;
-    return false;
+ConstBatches share_of(const Layout& layout, std::size_t n, std::size_t count) {
+  const auto part = [&](const auto& batches) {
+    const std::size_t first = batches.size() * n / count, last = batches.size() * (n + 1) / count;
+    return std::span(batches).subspan(first, last - first);
   };
-  const auto convert = [&](const auto& from, auto& to) {
-    for (std::size_t n = 0; n < from.size(); ++n) {
-      const auto& first = from[n];
-      const bool is_joined = n + 1 < from.size() && !share_a_vertex(first, from[n + 1]);
-      const auto& second = is_joined ? from[++n] : first;
-      auto& made = to.emplace_back();
-      for (std::size_t lane = 0; lane < 2 * kLanes; ++lane) {
-        const auto& source = lane < kLanes ? first : second;
-        const std::size_t there = lane < kLanes || is_joined ? lane % kLanes : 0;
-        made.rest[lane] = static_cast<float>(source.rest[there]);
-        made.compliance[lane] = static_cast<float>(source.compliance[there]);
-        made.force[lane] = 0;
-        for (std::size_t k = 0; k < made.vertex.size(); ++k)
-          made.vertex[k][lane] = source.vertex[k][there];
-      }
-    }
-  };
-  BatchesOf<float> single;
-  single.distances.reserve(layout.distances.size() * 17 / 32);
-  single.bendings.reserve(layout.bendings.size() * 17 / 32);
-  const auto convert_phase = [&](const std::vector<Task>& from, std::vector<Task>& to) {
-    for (const Task& task : from) {
-      Task made{single.distances.size(), 0, single.bendings.size(), 0, 0, 0};
-      convert(distances_of(layout, task), single.distances);
-      convert(bendings_of(layout, task), single.bendings);
-      made.last_distance = single.distances.size();
-      made.last_bending = single.bendings.size();
-      to.push_back(made);
-    }
-  };
-  convert_phase(layout.within, single.within);
-  convert_phase(layout.between, single.between);
-  return single;
+  return {part(layout.distances), part(layout.hinged_edges), part(layout.triangles),
+          part(layout.bendings)};
 }
 
 }  // namespace vstent::xpbd

@@ -82,10 +82,10 @@ std::vector<Softness> measure_softness(const Layout& layout, std::span<const Slo
   };
   for (const auto* phase : {&layout.within, &layout.between})
     side_by_side(phase->size(), [&](std::size_t n) {
-      const Task& task = (*phase)[n];
-      for_each_distance(distances_of(layout, task), add_distance);
-      for_each_bending(bendings_of(layout, task), add_bending);
-      for_each_triangle(triangles_of(layout, task), add_triangle);
+      const ConstBatches batches = batches_of(layout, (*phase)[n]);
+      for_each_distance(batches, add_distance);
+      for_each_bending(batches, add_bending);
+      for_each_triangle(batches, add_triangle);
     });
   for (const Link& link : links) {
     std::array<Vec3, 4> gradient;

@@ -18,10 +18,9 @@ constexpr int kWeighFoldedEvery = 10;
 // Of the room between walls: used up by so much, they look again for what is near.
 constexpr double kUsed = 0.25;
 
-template <class Real>
-void forget_multipliers(BatchesOf<Real>& batches) {
-  for (auto& batch : batches.distances) batch.force.fill(0);
-  for (auto& batch : batches.bendings) batch.force.fill(0);
+template <class Batch>
+void forget(std::vector<Batch>& batches, Springs Batch::*springs) {
+  for (Batch& batch : batches) (batch.*springs).force.fill(0);
 }
 
 }  // namespace
@@ -29,14 +28,9 @@ void forget_multipliers(BatchesOf<Real>& batches) {
 SolverState::SolverState(const Sheet& sheet)
     : elastic(make_elastic_sheet(sheet)),
       particles(particles_of(elastic, sheet.positions)),
-      before(sheet.positions.size(), Vec3::Zero()),
-      drift(sheet.positions.size(), Vec3::Zero()),
-      reaction(sheet.positions.size(), 0.0),
-      positions(sheet.positions),
-      velocities(sheet.positions.size(), Vec3::Zero()),
-      forces(sheet.positions.size()) {
-  for (const int vertex : layout.original) inverse_mass.push_back(sheet.inverse_mass[at(vertex)]);
-  group_contacts({}, contacts);
+      velocities(sheet.positions.size(), Vec3::Zero()) {
+  for (std::size_t k = 0; k < particles.size(); ++k)
+    particles[k].mobility = sheet.inverse_mass[at(layout.original[k])];
   if (sheet.surface) collision.emplace(sheet, elastic, particles);
 }
 
@@ -44,12 +38,13 @@ void SolverState::look_around() {
   if (collision && collision->used(particles) > kUsed) collision->look(particles);
 }
 
-void SolverState::group_contacts(std::span<const Contact> from,
-                                 Grouped<ClosableContact>& to) const {
-  group(to, from, layout.number, [&](const Contact& c) {
+Grouped<ClosableContact> SolverState::grouped(std::span<const Contact> from) const {
+  Grouped<ClosableContact> made;
+  group(made, from, layout.number, [&](const Contact& c) {
     return ClosableContact{c.normal, c.offset - c.normal.dot(origin),
                            c.stiffness > 0 ? 1 / c.stiffness : 0, 0};
   });
+  return made;
 }
 
 void SolverState::take_spans(std::span<const SpanContact> from) {
@@ -74,11 +69,13 @@ void SolverState::take_spans(std::span<const SpanContact> from) {
 void SolverState::forget_multipliers() {
   if (collision) collision->forget();
   for (ClosableSpan& c : spans) c.force = 0;
-  xpbd::forget_multipliers(layout);
-  if (single) xpbd::forget_multipliers(single->batches);
+  forget(layout.distances, &DistanceBatch::length);
+  forget(layout.hinged_edges, &HingedEdgeBatch::length);
+  forget(layout.hinged_edges, &HingedEdgeBatch::fold);
+  forget(layout.bendings, &BendingBatch::fold);
   for (TriangleBatch& batch : layout.triangles) batch.force.fill(0);
   for (Attachment& a : attachments.items) a.force = 0;
-  std::fill(reaction.begin(), reaction.end(), 0.0);
+  for (ClosableContact& c : contacts.items) c.force = 0;
 }
 
 void SolverState::rest() {
@@ -102,7 +99,7 @@ struct Solver::Implementation : SolverState {
   /// to `sums`.
   Vec3 weigh(std::size_t k, Vec3 force, std::span<const ClosableContact> at_k, double tolerance,
              Unbalanced& sums) const {
-    if (!(inverse_mass[k] > 0)) return Vec3::Zero();
+    if (!elastic.free[k]) return Vec3::Zero();
     for (const ClosableContact& c : at_k) {
       const double gap = c.normal.dot(place(particles[k])) - c.offset;
       if (gap > tolerance) continue;
@@ -129,18 +126,17 @@ struct Solver::Implementation : SolverState {
   ForceBalance balance(std::span<const Contact> at_contacts, double tolerance) const {
     std::vector<Slot> unbalanced;
     const Tally tally = all_forces(unbalanced);
-    Grouped<ClosableContact> grouped;
-    group_contacts(at_contacts, grouped);
+    const Grouped<ClosableContact> closable = grouped(at_contacts);
     std::vector<Unbalanced> parts(chunks());
     for_each_particle(particles.size(), [&](std::size_t k, std::size_t chunk) {
-      weigh(k, place(unbalanced[k]), std::as_const(grouped).of(k), tolerance, parts[chunk]);
+      weigh(k, place(unbalanced[k]), closable.of(k), tolerance, parts[chunk]);
     });
     return conclude(tally, parts);
   }
 
   RelaxReport relax(std::span<const Contact> new_contacts, const RelaxOptions& options,
                     std::span<const SpanContact> new_spans) {
-    group_contacts(new_contacts, contacts);
+    contacts = grouped(new_contacts);
     take_spans(new_spans);
     if (!std::exchange(relaxing, true)) {
       rest();
@@ -156,12 +152,11 @@ struct Solver::Implementation : SolverState {
     // slow motion its speed.
     const double retained = steps_since_rest / (steps_since_rest + 3);
     for_each_particle(particles.size(), [&](std::size_t k, std::size_t) {
-      before[k] = place(particles[k]);
-      drift[k].setZero();
-      if (!(inverse_mass[k] > 0)) return;
-      drift[k] = retained * velocities[at(layout.original[k])];
-      Vec3 ahead = before[k] + drift[k];
-      if (collision && collision->keep(k, ahead)) drift[k] = ahead - before[k];
+      if (!elastic.free[k]) return;
+      const Vec3 before = place(particles[k]);
+      velocities[k] *= retained;
+      Vec3 ahead = before + velocities[k];
+      if (collision && collision->keep(k, ahead)) velocities[k] = ahead - before;
       put(particles[k], ahead);
     });
     const Tally tally = all_forces(forces);
@@ -170,19 +165,18 @@ struct Solver::Implementation : SolverState {
     for_each_particle(particles.size(), [&](std::size_t k, std::size_t chunk) {
       const Vec3 residual = weigh(k, place(forces[k]), std::as_const(contacts).of(k),
                                   options.contact_tolerance, parts[chunk]);
-      if (inverse_mass[k] > 0) relax_particle(k, residual, options, sums[chunk]);
+      if (elastic.free[k]) relax_particle(k, residual, options, sums[chunk]);
     });
     project_spans(
         spans, particles,
         [&](std::size_t k, const Vec3& push) { return Vec3(options.step * (softness[k] * push)); },
-        [&](std::size_t k) { return inverse_mass[k] > 0; },
+        [&](std::size_t k) { return elastic.free[k] != 0; },
         [&](std::size_t k, Vec3 by) {
           if (Vec3 x = place(particles[k]); collision && collision->keep(k, x)) {
             by += x - place(particles[k]);
             put(particles[k], x);
           }
-          positions[at(layout.original[k])] += by;
-          velocities[at(layout.original[k])] += by;
+          velocities[k] += by;
         });
     RelaxReport report;
     report.balance = conclude(tally, parts);
@@ -200,11 +194,12 @@ struct Solver::Implementation : SolverState {
 
   void relax_particle(std::size_t k, const Vec3& residual, const RelaxOptions& options,
                       Motion& sums) {
-    Vec3 move = drift[k] + options.step * (softness[k] * place(forces[k]));
+    const Vec3 before = place(particles[k]) - velocities[k];
+    Vec3 move = velocities[k] + options.step * (softness[k] * place(forces[k]));
     if (const double travel = move.norm();
         options.largest_move > 0 && travel > options.largest_move)
       move *= options.largest_move / travel;
-    Vec3 x = before[k] + move;
+    Vec3 x = before + move;
     bool closed = false;
     for (const ClosableContact& c : contacts.of(k)) {
       // Yields to the contact's push as to any other force, so that they cancel at rest.
@@ -216,15 +211,21 @@ struct Solver::Implementation : SolverState {
       closed = closed || push > 0;
     }
     if (collision) collision->keep(k, x);
-    move = x - before[k];
+    move = x - before;
     sums.power += move.dot(residual);
     sums.largest_move = std::max(sums.largest_move, move.norm());
     put(particles[k], x);
-    positions[at(layout.original[k])] = x + origin;
     if (closed)  // a push is not a kick: what a closed contact moves comes to rest on it
       for (const ClosableContact& c : contacts.of(k))
         move -= std::max(0.0, move.dot(c.normal)) * c.normal;
-    velocities[at(layout.original[k])] = move;
+    velocities[k] = move;
+  }
+
+  void give_positions() const {
+    positions.resize(particles.size());
+    for_each_particle(particles.size(), [&](std::size_t k, std::size_t) {
+      positions[at(layout.original[k])] = place(particles[k]) + origin;
+    });
   }
 };
 
@@ -242,19 +243,31 @@ RelaxReport Solver::relax(std::span<const Contact> contacts, const RelaxOptions&
   return implementation_->relax(contacts, options, spans);
 }
 
-std::span<const Vec3> Solver::positions() const { return implementation_->positions; }
-std::span<const Vec3> Solver::velocities() const { return implementation_->velocities; }
+std::span<const Vec3> Solver::positions() const {
+  implementation_->give_positions();
+  return implementation_->positions;
+}
+
+std::vector<Vec3> Solver::velocities() const {
+  const Implementation& s = *implementation_;
+  std::vector<Vec3> velocities(s.velocities.size());
+  for (std::size_t k = 0; k < velocities.size(); ++k)
+    velocities[at(s.layout.original[k])] = s.velocities[k];
+  return velocities;
+}
 
 void Solver::set_velocities(std::span<const Vec3> velocities) {
-  assert(velocities.size() == implementation_->velocities.size());
-  implementation_->velocities.assign(velocities.begin(), velocities.end());
+  Implementation& s = *implementation_;
+  assert(velocities.size() == s.velocities.size());
+  for (std::size_t k = 0; k < velocities.size(); ++k)
+    s.velocities[k] = velocities[at(s.layout.original[k])];
 }
 
 void Solver::set_positions(std::span<const Vec3> positions) {
   Implementation& s = *implementation_;
-  assert(positions.size() == s.positions.size());
-  s.positions.assign(positions.begin(), positions.end());
-  s.particles = particles_of(s.elastic, positions);
+  assert(positions.size() == s.particles.size());
+  for (std::size_t k = 0; k < positions.size(); ++k)
+    put(s.particles[k], positions[at(s.layout.original[k])] - s.origin);
   if (s.collision) s.collision->look(s.particles);
   s.rest();
 }

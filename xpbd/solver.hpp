@@ -28,9 +28,8 @@ struct StepOptions {
   /// Start from the last step's multipliers: no iteration-count bias at rest.
   bool keep_multipliers = true;
   /// Of the sweeps: single takes little more than half the time and moves a particle by about 1e-7
-  /// of its distance from the sheet's middle, and multipliers by as much of their size. Where it
-  /// changes from one step to the next, multipliers start from zero. Elastic triangles are swept in
-  /// double only: \throws std::invalid_argument for a sheet that has some.
+  /// of its distance from the sheet's middle. Elastic triangles are swept in double only: \throws
+  /// std::invalid_argument for a sheet that has some.
   Precision precision = Precision::kDouble;
 };
 
@@ -78,7 +77,7 @@ class Solver {
   Solver(Solver&&) noexcept;
 
   /// One time step under these contacts; multipliers of contacts are matched by vertex, of spans by
-  /// key, between steps.
+  /// key, with those of the step before.
   StepReport step(std::span<const Contact> contacts, const StepOptions& options,
                   std::span<const SpanContact> spans = {});
 
@@ -89,8 +88,8 @@ class Solver {
   RelaxReport relax(std::span<const Contact> contacts, const RelaxOptions& options,
                     std::span<const SpanContact> spans = {});
 
-  std::span<const Vec3> positions() const;
-  std::span<const Vec3> velocities() const;
+  std::span<const Vec3> positions() const;  ///< by vertex, mm; changes with the next call
+  std::vector<Vec3> velocities() const;     ///< by vertex, mm/s
   void set_velocities(std::span<const Vec3> velocities);
   void set_positions(std::span<const Vec3> positions);  ///< velocities and multipliers become zero
 

@@ -20,7 +20,6 @@ struct ClosableContact {
 
 /// What steps in single precision run over.
 struct Single {
-  BatchesOf<float> batches;
   std::vector<SlotOf<float>> particles, forces;
 };
 
@@ -38,19 +37,15 @@ struct SolverState {
   const Vec3& origin = elastic.origin;
   Grouped<Attachment>& attachments = elastic.attachments;
   const Kernels& kernel = kernels();
-  std::vector<Slot> particles;  // about `origin`; mobility as of the last step
-  std::vector<double> inverse_mass;
-  std::vector<Vec3> before;      // places at the start of the step
-  std::vector<Vec3> drift;       // moved by inertia, mm
-  std::vector<double> reaction;  // kept contact force, N
-  std::vector<Vec3> positions;   // in the sheet's order
-  std::vector<Vec3> velocities;  // in the sheet's order
+  std::vector<Slot> particles;  // about `origin`; mobility as of `time_step`
+  double time_step = 1;
+  std::vector<Vec3> velocities;  // during a step or an iteration: what they move by, mm
   std::vector<Slot> forces;      // scratch
   std::optional<Single> single;
-  Precision precision = Precision::kDouble;
   Grouped<ClosableContact> contacts;
   std::vector<ClosableSpan> spans;
   std::optional<SelfCollision> collision;
+  mutable std::vector<Vec3> positions;  // in the sheet's order, when asked
   bool backward = false;
   double steps_since_rest = 0;
   double last_energy = 0;
@@ -63,7 +58,7 @@ struct SolverState {
   std::size_t chunks() const { return chunks_of(particles.size()); }
   /// Where much of the room between walls is used up, looks again for what is near.
   void look_around();
-  void group_contacts(std::span<const Contact> from, Grouped<ClosableContact>& to) const;
+  Grouped<ClosableContact> grouped(std::span<const Contact> contacts) const;
   /// Forces of spans that were there before stay.
   void take_spans(std::span<const SpanContact> from);
   void forget_multipliers();

@@ -13,18 +13,20 @@ namespace {
 /// What a step's sweeps run over.
 template <class Real>
 struct Stage {
-  BatchesOf<Real>& batches;
   std::vector<SlotOf<Real>>&particles, &forces;
   const StepKernels<Real>& kernel;
 };
 
-Stage<double> in_double(SolverState& s) { return {s.layout, s.particles, s.forces, s.kernel.step}; }
+Stage<double> in_double(SolverState& s) {
+  s.forces.resize(s.particles.size());
+  return {s.particles, s.forces, s.kernel.step};
+}
 
 Stage<float> in_single(SolverState& s) {
   if (!s.single)
-    s.single = Single{in_single_precision(s.layout), std::vector<SlotOf<float>>(s.particles.size()),
+    s.single = Single{std::vector<SlotOf<float>>(s.particles.size()),
                       std::vector<SlotOf<float>>(s.particles.size())};
-  return {s.single->batches, s.single->particles, s.single->forces, s.kernel.step_in_single};
+  return {s.single->particles, s.single->forces, s.kernel.step_in_single};
 }
 
 template <class Real>
@@ -38,9 +40,10 @@ class Step {
     const double retained = options_.adaptive_damping
                                 ? s_.steps_since_rest / (s_.steps_since_rest + 3)
                                 : 1 - options_.damping;
+    const double change = options_.time_step / std::exchange(s_.time_step, options_.time_step);
     std::vector<int> clamped(s_.chunks(), 0);
     for_each_particle(s_.particles.size(), [&](std::size_t k, std::size_t chunk) {
-      clamped[chunk] += predict(k, retained);
+      clamped[chunk] += predict(k, retained, change * change);
     });
     std::vector<Motion> sums(s_.chunks());
     for (int sweep = 1; sweep <= options_.iterations; ++sweep) {
@@ -81,7 +84,7 @@ class Step {
  private:
   /// The kept multipliers' forces along the present gradients, into the stage's forces.
   void turn_kept_forces() {
-    for_each_particle(s_.forces.size(), [&](std::size_t k, std::size_t) {
+    for_each_particle(s_.particles.size(), [&](std::size_t k, std::size_t) {
       Vec3 force = Vec3::Zero();
       for (const Attachment& a : s_.attachments.of(k)) {
         const Vec3 offset = place(s_.particles[k]) - a.target;
@@ -91,81 +94,67 @@ class Step {
       put(stage_.forces[k], force);
       put(stage_.particles[k], place(s_.particles[k]));
     });
-    for (const auto* phase : {&stage_.batches.within, &stage_.batches.between})
+    for (const auto* phase : {&s_.layout.within, &s_.layout.between})
       side_by_side(phase->size(), [&](std::size_t n) {
-        const BatchesOf<Real>& batches = stage_.batches;
-        const Task& task = (*phase)[n];
-        const SlotOf<Real>* slots = stage_.particles.data();
-        stage_.kernel.kept_distance_forces(distances_of(batches, task), slots,
-                                           stage_.forces.data());
-        stage_.kernel.kept_bending_forces(bendings_of(batches, task), slots, stage_.forces.data());
-        if constexpr (std::is_same_v<Real, double>)
-          s_.kernel.kept_triangle_forces(triangles_of(s_.layout, task), slots,
-                                         stage_.forces.data());
+        stage_.kernel.add_kept_forces(batches_of(std::as_const(s_.layout), (*phase)[n]),
+                                      stage_.particles.data(), stage_.forces.data());
       });
     add_span_forces(s_.spans, stage_.forces);
     if constexpr (std::is_same_v<Real, double>)
       if (s_.collision) s_.collision->add_kept_forces(s_.particles, s_.forces);
   }
 
+  /// Where particle k was before the step. In double precision that takes the place of its forces.
+  Vec3 before(std::size_t k) const {
+    if constexpr (std::is_same_v<Real, double>) return place(s_.forces[k]);
+    return place(s_.particles[k]);
+  }
+
   /// Moves particle k by inertia, loads and kept multipliers; true where the velocity limit held it
   /// back.
-  bool predict(std::size_t k, double retained) {
+  bool predict(std::size_t k, double retained, double change_of_mobility) {
     SlotOf<Real>& particle = stage_.particles[k];
-    const double dt = options_.time_step;
-    const double mobility = dt * dt * s_.inverse_mass[k];
-    s_.before[k] = place(s_.particles[k]);
+    s_.particles[k].mobility *= change_of_mobility;
+    const double mobility = s_.particles[k].mobility;
+    const Vec3 here = place(s_.particles[k]);
+    const Vec3 force = place(stage_.forces[k]);
+    if constexpr (std::is_same_v<Real, double>) put(s_.forces[k], here);
     particle.mobility = static_cast<Real>(mobility);
-    put(particle, s_.before[k]);
-    s_.drift[k].setZero();
-    if (!(mobility > 0)) return false;
+    put(particle, here);
+    Vec3& drift = s_.velocities[k];
+    if (!(mobility > 0)) {
+      drift.setZero();
+      return false;
+    }
     bool clamped = false;
-    s_.drift[k] = dt * retained * s_.velocities[at(s_.layout.original[k])];
-    if (const double travel = s_.drift[k].norm();
+    drift *= options_.time_step * retained;
+    if (const double travel = drift.norm();
         options_.velocity_limit > 0 && travel > options_.velocity_limit) {
-      s_.drift[k] *= options_.velocity_limit / travel;
+      drift *= options_.velocity_limit / travel;
       clamped = true;
     }
     Vec3 pushed = Vec3::Zero();
-    if (options_.keep_multipliers) pushed = mobility * place(stage_.forces[k]);
+    if (options_.keep_multipliers) pushed = mobility * force;
     if (!s_.elastic.load.empty()) pushed += mobility * s_.elastic.load[k];
-    for (ClosableContact& c : s_.contacts.of(k)) {
-      c.force = std::exchange(s_.reaction[k], 0.0);
-      pushed += mobility * c.force * c.normal;
-    }
+    for (const ClosableContact& c : s_.contacts.of(k)) pushed += mobility * c.force * c.normal;
     // Near balance the pushes cancel; a hinge that has just collapsed turns a small moment into a
     // huge one.
     if (const double travel = pushed.norm();
         options_.velocity_limit > 0 && travel > options_.velocity_limit)
       pushed *= options_.velocity_limit / travel;
-    put(particle, s_.before[k] + s_.drift[k] + pushed);
+    put(particle, here + drift + pushed);
     return clamped;
   }
 
   void sweep_batches() {
     const auto run = [&](const std::vector<Task>& phase) {
       side_by_side(phase.size(), [&](std::size_t n) {
-        const Task& task = phase[n];
-        SlotOf<Real>* slots = stage_.particles.data();
-        const auto project_triangles = [&] {
-          if constexpr (std::is_same_v<Real, double>)
-            s_.kernel.project_triangles(triangles_of(s_.layout, task), slots, s_.backward);
-        };
-        const auto distances = distances_of(stage_.batches, task);
-        const auto bendings = bendings_of(stage_.batches, task);
-        if (!s_.backward) {
-          stage_.kernel.project_distances(distances, slots, false);
-          project_triangles();
-        }
-        stage_.kernel.project_bendings(bendings, slots, s_.backward);
-        if (s_.backward) {
-          project_triangles();
-          stage_.kernel.project_distances(distances, slots, true);
-        }
+        stage_.kernel.project(batches_of(s_.layout, phase[n]), stage_.particles.data(),
+                              s_.backward);
       });
     };
-    run(s_.backward ? stage_.batches.between : stage_.batches.within);
-    run(s_.backward ? stage_.batches.within : stage_.batches.between);
+    run(s_.backward ? s_.layout.between : s_.layout.within);
+    run(s_.backward ? s_.layout.within : s_.layout.between);
     s_.backward = !s_.backward;
   }
 
@@ -196,29 +185,34 @@ class Step {
   }
 
   void finish(std::size_t k, const SlotOf<Real>& particle, Motion& sums) {
-    const std::size_t vertex = at(s_.layout.original[k]);
     const Vec3 x = place(particle);
-    const Vec3 move = x - s_.before[k];
+    const Vec3 move = x - before(k);
     Vec3 velocity = move / options_.time_step;
     if (particle.mobility > 0) {
-      sums.power += move.dot(move - s_.drift[k]) / static_cast<double>(particle.mobility);
-      for (const ClosableContact& c : s_.contacts.of(k)) {
-        if (!(c.force > 0)) continue;
-        s_.reaction[k] += c.force;
-        // A push is not a kick: what a closed contact moves comes to rest on it.
-        velocity -= std::max(0.0, velocity.dot(c.normal)) * c.normal;
-      }
+      const Vec3& drift = s_.velocities[k];
+      sums.power += move.dot(move - drift) / static_cast<double>(particle.mobility);
+      // A push is not a kick: what a closed contact moves comes to rest on it.
+      for (const ClosableContact& c : s_.contacts.of(k))
+        if (c.force > 0) velocity -= std::max(0.0, velocity.dot(c.normal)) * c.normal;
     }
     sums.largest_move = std::max(sums.largest_move, move.norm());
     put(s_.particles[k], x);
-    s_.velocities[vertex] = velocity;
-    s_.positions[vertex] = x + s_.origin;
+    s_.velocities[k] = velocity;
   }
 
   SolverState& s_;
   const StepOptions& options_;
   Stage<Real> stage_;
 };
+
+/// The first contact of a particle starts with what all of its former ones pushed with.
+void pass_on(const Grouped<ClosableContact>& before, Grouped<ClosableContact>& now) {
+  if (before.items.empty() || now.items.empty()) return;
+  for_each_particle(now.first.size() - 1, [&](std::size_t k, std::size_t) {
+    if (now.of(k).empty()) return;
+    for (const ClosableContact& c : before.of(k)) now.of(k).front().force += c.force;
+  });
+}
 
 }  // namespace
 
@@ -229,13 +223,13 @@ StepReport step(SolverState& state, std::span<const Contact> contacts, const Ste
       (!state.layout.triangles.empty() || state.collision))
     throw std::invalid_argument(
         "elastic triangles and self-collision are swept in double precision only");
-  state.group_contacts(contacts, state.contacts);
+  Grouped<ClosableContact> closable = state.grouped(contacts);
+  pass_on(state.contacts, closable);
+  state.contacts = std::move(closable);
   state.take_spans(spans);
   if (std::exchange(state.relaxing, false)) state.rest();
   state.look_around();
-  const bool is_new_precision =
-      std::exchange(state.precision, options.precision) != options.precision;
-  if (!options.keep_multipliers || is_new_precision) state.forget_multipliers();
+  if (!options.keep_multipliers) state.forget_multipliers();
   return options.precision == Precision::kSingle ? Step(state, options, in_single(state)).take()
                                                  : Step(state, options, in_double(state)).take();
 }

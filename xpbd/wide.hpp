@@ -1,4 +1,4 @@
-// Eight doubles or sixteen floats at once, for the files that are compiled once per instruction
+// A batch's numbers at once, for the files that are compiled once per instruction
 // set; all give the same bits. Everything here has internal linkage, so that code for wide
 // registers cannot leak into other files.
 #pragma once
@@ -17,12 +17,14 @@ constexpr std::size_t kBytes = 32;
 #else
 constexpr std::size_t kBytes = 16;
 #endif
-constexpr int kParts = 64 / kBytes;
+/// Registers that hold a batch's numbers.
+template <class Real>
+constexpr int kParts = static_cast<int>(kLanes * sizeof(Real) / kBytes);
 
 template <class Real>
 struct Register;
 
-/// `Type` holds kLanesOf<Real> / kParts numbers.
+/// `Type` holds kBytes / sizeof(Real) numbers.
 template <>
 struct Register<double> {
   typedef double Type __attribute__((vector_size(kBytes), may_alias));
@@ -79,12 +81,55 @@ inline Floats root(Floats a) { return (Floats)_mm_sqrt_ps((__m128)a); }
 #endif
 #endif
 
+#if defined(__AVX512F__)
+inline Doubles in_double(const float* numbers) {
+  return (Doubles)_mm512_cvtps_pd(_mm256_load_ps(numbers));
+}
+/// What it has become.
+inline Doubles put_in_single(Doubles a, float* numbers) {
+  const __m256 rounded = _mm512_cvtpd_ps((__m512d)a);
+  _mm256_store_ps(numbers, rounded);
+  return (Doubles)_mm512_cvtps_pd(rounded);
+}
+inline Floats in_single(Doubles low, Doubles high) {
+  return (Floats)_mm512_insertf32x8(_mm512_castps256_ps512(_mm512_cvtpd_ps((__m512d)low)),
+                                    _mm512_cvtpd_ps((__m512d)high), 1);
+}
+#elif defined(__AVX2__)
+inline Doubles in_double(const float* numbers) {
+  return (Doubles)_mm256_cvtps_pd(_mm_load_ps(numbers));
+}
+inline Doubles put_in_single(Doubles a, float* numbers) {
+  const __m128 rounded = _mm256_cvtpd_ps((__m256d)a);
+  _mm_store_ps(numbers, rounded);
+  return (Doubles)_mm256_cvtps_pd(rounded);
+}
+inline Floats in_single(Doubles low, Doubles high) {
+  return (Floats)_mm256_set_m128(_mm256_cvtpd_ps((__m256d)high), _mm256_cvtpd_ps((__m256d)low));
+}
+#else
+inline Doubles in_double(const float* numbers) {
+  return (Doubles)_mm_cvtps_pd(
+      _mm_castsi128_ps(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(numbers))));
+}
+inline Doubles put_in_single(Doubles a, float* numbers) {
+  const __m128 rounded = _mm_cvtpd_ps((__m128d)a);
+  _mm_storel_epi64(reinterpret_cast<__m128i*>(numbers), _mm_castps_si128(rounded));
+  return (Doubles)_mm_cvtps_pd(rounded);
+}
+inline Floats in_single(Doubles low, Doubles high) {
+  return (Floats)_mm_movelh_ps(_mm_cvtpd_ps((__m128d)low), _mm_cvtpd_ps((__m128d)high));
+}
+#endif
+
 /// {make(0), make(1), ...}.
 template <class Whole, class Make>
 inline Whole part_by_part(const Make& make) {
-  if constexpr (kParts == 4) {
+  if constexpr (Whole::kCount == 8) {
+    return {{make(0), make(1), make(2), make(3), make(4), make(5), make(6), make(7)}};
+  } else if constexpr (Whole::kCount == 4) {
     return {{make(0), make(1), make(2), make(3)}};
-  } else if constexpr (kParts == 2) {
+  } else if constexpr (Whole::kCount == 2) {
     return {{make(0), make(1)}};
   } else {
     return {{make(0)}};
@@ -93,11 +138,12 @@ inline Whole part_by_part(const Make& make) {
 
 template <class Real>
 struct Mask {
-  decltype(less(typename Register<Real>::Type{}, typename Register<Real>::Type{})) part[kParts];
+  static constexpr int kCount = kParts<Real>;
+  decltype(less(typename Register<Real>::Type{}, typename Register<Real>::Type{})) part[kCount];
 
   friend Mask operator&(const Mask& a, const Mask& b) {
     Mask both = a;
-    for (int n = 0; n < kParts; ++n) both.part[n] &= b.part[n];
+    for (int n = 0; n < kCount; ++n) both.part[n] &= b.part[n];
     return both;
   }
 };
@@ -111,7 +157,8 @@ inline bool all(const Mask<Real>& mask) {
 
 template <class Real>
 struct Wide {
-  typename Register<Real>::Type part[kParts];
+  static constexpr int kCount = kParts<Real>;
+  typename Register<Real>::Type part[kCount];
 
   friend Wide operator+(const Wide& a, const Wide& b) {
     return part_by_part<Wide>([&](int n) { return a.part[n] + b.part[n]; });
@@ -175,20 +222,46 @@ inline Wide<Real> root(const Wide<Real>& a) {
   return part_by_part<Wide<Real>>([&](int n) { return root(a.part[n]); });
 }
 
-template <class Real, std::size_t kCount>
-inline Wide<Real> load(const std::array<Real, kCount>& lanes) {
-  static_assert(kCount == kLanesOf<Real>);
-  const auto* parts = reinterpret_cast<const typename Register<Real>::Type*>(lanes.data());
-  return part_by_part<Wide<Real>>([&](int n) { return parts[n]; });
+/// A batch's numbers.
+inline void take(const double* numbers, Wide<double>& wide) {
+  for (int n = 0; n < kParts<double>; ++n)
+    wide.part[n] = reinterpret_cast<const Doubles*>(numbers)[n];
 }
-template <class Real, std::size_t kCount>
-inline void store(std::array<Real, kCount>& lanes, const Wide<Real>& value) {
-  auto* parts = reinterpret_cast<typename Register<Real>::Type*>(lanes.data());
-  for (int n = 0; n < kParts; ++n) parts[n] = value.part[n];
+inline void take(const float* numbers, Wide<double>& wide) {
+  for (int n = 0; n < kParts<double>; ++n)
+    wide.part[n] = in_double(numbers + n * (kBytes / sizeof(double)));
+}
+inline void take(const float* numbers, Wide<float>& wide) {
+  for (int n = 0; n < kParts<float>; ++n)
+    wide.part[n] = reinterpret_cast<const Floats*>(numbers)[n];
+}
+inline void take(const double* numbers, Wide<float>& wide) {
+  const auto* parts = reinterpret_cast<const Doubles*>(numbers);
+  for (int n = 0; n < kParts<float>; ++n) wide.part[n] = in_single(parts[2 * n], parts[2 * n + 1]);
+}
+inline void put(const Wide<double>& wide, double* numbers) {
+  for (int n = 0; n < kParts<double>; ++n) reinterpret_cast<Doubles*>(numbers)[n] = wide.part[n];
+}
+/// What they have become.
+inline Wide<double> put_in_single(const Wide<double>& wide, float* numbers) {
+  return part_by_part<Wide<double>>([&](int n) {
+    return put_in_single(wide.part[n], numbers + n * static_cast<int>(kBytes / sizeof(double)));
+  });
+}
+inline Wide<float> put_in_single(const Wide<float>& wide, float* numbers) {
+  for (int n = 0; n < kParts<float>; ++n) reinterpret_cast<Floats*>(numbers)[n] = wide.part[n];
+  return wide;
+}
+
+template <class Real, class Number>
+inline Wide<Real> load(const Lanes<Number>& lanes) {
+  Wide<Real> wide;
+  take(lanes.data(), wide);
+  return wide;
 }
 inline double sum(const Wide<double>& a) {
-  alignas(64) Lanes lanes;
-  store(lanes, a);
+  alignas(64) Lanes<double> lanes;
+  put(a, lanes.data());
   double total = 0;
   for (double lane : lanes) total += lane;
   return total;
@@ -204,6 +277,7 @@ struct Wide3 {
   friend Wide3 operator-(const Wide3& a, const Wide3& b) {
     return {a.x - b.x, a.y - b.y, a.z - b.z};
   }
+  Wide3 operator-() const { return {-x, -y, -z}; }
   friend Wide3 operator*(const Wide<Real>& s, const Wide3& a) {
     return {s * a.x, s * a.y, s * a.z};
   }

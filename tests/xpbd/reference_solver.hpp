@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "xpbd/membrane_law.hpp"
@@ -13,14 +14,24 @@
 
 namespace vstent::tests {
 
+/// A constraint's turn in a sweep, or that of two at once.
+struct Turn {
+  enum Kind { kDistance, kHingedEdge, kTriangle, kBending } kind;
+  std::size_t constraint;
+  std::size_t bending = 0;  ///< of a hinged edge
+};
+
 class ReferenceSolver {
  public:
-  explicit ReferenceSolver(const xpbd::Sheet& sheet, bool alternate = true)
+  /// Without an order, distances come before triangles, and those before bendings.
+  explicit ReferenceSolver(const xpbd::Sheet& sheet, bool alternate = true,
+                           std::vector<Turn> order = {})
       : sheet_(sheet),
+        order_(std::move(order)),
         alternate_(alternate),
         velocity_(sheet.positions.size(), Vec3::Zero()),
-        distance_force_(sheet.distances.size(), 0.0),
-        bending_force_(sheet.bendings.size(), 0.0),
+        distance_force_(sheet.distances.size(), 0),
+        bending_force_(sheet.bendings.size(), 0),
         triangle_force_(sheet.triangles.size(), 0.0) {}
 
   const std::vector<Vec3>& positions() const { return sheet_.positions; }
@@ -28,8 +39,8 @@ class ReferenceSolver {
   void step(std::span<const xpbd::Contact> contacts, const xpbd::StepOptions& options) {
     dt2_ = options.time_step * options.time_step;
     if (!options.keep_multipliers) {
-      distance_force_.assign(distance_force_.size(), 0.0);
-      bending_force_.assign(bending_force_.size(), 0.0);
+      distance_force_.assign(distance_force_.size(), 0);
+      bending_force_.assign(bending_force_.size(), 0);
       triangle_force_.assign(triangle_force_.size(), 0.0);
     }
     contact_force_.assign(contacts.size(), 0.0);
@@ -109,10 +120,12 @@ class ReferenceSolver {
   void sweep(std::span<const xpbd::Contact> contacts) {
     const std::size_t distances = sheet_.distances.size();
     const std::size_t stretched = distances + sheet_.triangles.size();
-    const std::size_t all = stretched + sheet_.bendings.size();
+    const std::size_t all = order_.empty() ? stretched + sheet_.bendings.size() : order_.size();
     for (std::size_t n = 0; n < all; ++n) {
       const std::size_t c = backward_ ? all - 1 - n : n;
-      if (c < distances)
+      if (!order_.empty())
+        take(order_[c]);
+      else if (c < distances)
         project_distance(c);
       else if (c < stretched)
         project_triangle(c - distances);
@@ -123,13 +136,43 @@ class ReferenceSolver {
     if (alternate_) backward_ = !backward_;
   }
 
+  void take(const Turn& turn) {
+    switch (turn.kind) {
+      case Turn::kDistance:
+        return project_distance(turn.constraint);
+      case Turn::kTriangle:
+        return project_triangle(turn.constraint);
+      case Turn::kBending:
+        return project_bending(turn.constraint);
+      case Turn::kHingedEdge:
+        const auto& d = sheet_.distances[turn.constraint];
+        const std::array<Vec3, 2> before{x(d.i), x(d.j)};
+        project_distance(turn.constraint);
+        const std::array<Vec3, 2> after{x(d.i), x(d.j)};
+        x(d.i) = before[0];
+        x(d.j) = before[1];
+        project_bending(turn.bending);
+        x(d.i) += after[0] - before[0];
+        x(d.j) += after[1] - before[1];
+    }
+  }
+
+  /// As the solver keeps it.
+  static double compliance_of(double stiffness) { return static_cast<float>(1 / stiffness); }
+
+  /// What a kept force changes by when `change` is added.
+  static double change_kept(float& force, double change) {
+    const float before = std::exchange(force, static_cast<float>(force + change));
+    return static_cast<double>(force) - static_cast<double>(before);
+  }
+
   void project_distance(std::size_t c) {
     const auto& d = sheet_.distances[c];
     const Vec3 edge = x(d.j) - x(d.i);
-    const double length = edge.norm(), compliance = 1 / d.stiffness;
-    const double change = -(length - d.rest_length + compliance * distance_force_[c]) /
-                          (compliance + w(at(d.i)) + w(at(d.j)));
-    distance_force_[c] += change;
+    const double length = edge.norm(), compliance = compliance_of(d.stiffness);
+    const double change = change_kept(distance_force_[c],
+                                      -(length - d.rest_length + compliance * distance_force_[c]) /
+                                          (compliance + w(at(d.i)) + w(at(d.j))));
     x(d.i) -= w(at(d.i)) * change / length * edge;
     x(d.j) += w(at(d.j)) * change / length * edge;
   }
@@ -143,9 +186,9 @@ class ReferenceSolver {
     double pull = 0;
     for (std::size_t k = 0; k < 4; ++k) pull += w(at(v[k])) * g[k].squaredNorm();
     if (!(pull > 0)) return;
-    const double compliance = 1 / b.stiffness;
-    const double change = -(fold + compliance * bending_force_[c]) / (compliance + pull);
-    bending_force_[c] += change;
+    const double compliance = compliance_of(b.stiffness);
+    const double change = change_kept(
+        bending_force_[c], -(fold + compliance * bending_force_[c]) / (compliance + pull));
     for (std::size_t k = 0; k < 4; ++k) x(v[k]) += w(at(v[k])) * change * g[k];
   }
 
@@ -173,10 +216,12 @@ class ReferenceSolver {
   }
 
   xpbd::Sheet sheet_;
+  std::vector<Turn> order_;
   bool alternate_, backward_ = false;
   double dt2_ = 1;
   std::vector<Vec3> velocity_;
-  std::vector<double> distance_force_, bending_force_, triangle_force_, contact_force_;
+  std::vector<float> distance_force_, bending_force_;
+  std::vector<double> triangle_force_, contact_force_;
 };
 
 }  // namespace vstent::tests

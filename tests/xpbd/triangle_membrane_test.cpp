@@ -153,7 +153,8 @@ struct OneElement {
       one.vertex[v].fill(static_cast<int>(v));
       places[v] = {at[v].x(), at[v].y(), at[v].z(), 0};
     }
-    xpbd::kernels().elastic_triangle_forces(std::span(&one, 1), places.data(), force.data());
+    xpbd::kernels().add_elastic_forces({{}, {}, std::span(&one, 1), {}}, places.data(),
+                                       force.data());
     std::array<Vec3, 3> result;
     for (std::size_t v = 0; v < 3; ++v) result[v] = {force[v].x, force[v].y, force[v].z};
     return result;
