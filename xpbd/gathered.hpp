@@ -220,7 +220,7 @@ template <class Real>
 #pragma GCC unroll 8
   for (int n = 0; n < kParts<Real>; ++n) {
     Columns<Real> columns;
-    gather_part(slots, number + n * (static_cast<int>(kBytes / sizeof(Real))), columns);
+    gather_part(slots, number + n * static_cast<int>(kBytes / sizeof(Real)), columns);
     gathered.at.x.part[n] = columns.of[0];
     gathered.at.y.part[n] = columns.of[1];
     gathered.at.z.part[n] = columns.of[2];
@@ -234,7 +234,7 @@ template <class Real>
   const auto& [at, mobility, number] = gathered;
 #pragma GCC unroll 8
   for (int n = 0; n < kParts<Real>; ++n)
-    scatter_part(slots, number + n * (static_cast<int>(kBytes / sizeof(Real))),
+    scatter_part(slots, number + n * static_cast<int>(kBytes / sizeof(Real)),
                  Columns<Real>{{at.x.part[n], at.y.part[n], at.z.part[n], mobility.part[n]}});
 }
 

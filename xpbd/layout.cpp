@@ -330,7 +330,7 @@ void set(Springs& springs, std::size_t lane, double rest, double stiffness) {
   if (!(compliance >= std::numeric_limits<float>::min()) ||
       compliance > std::numeric_limits<float>::max())
     throw std::invalid_argument("a stiffness of " + std::to_string(stiffness) +
-                                " is beyond 1e-38 to 8e37 N/mm (N mm for bending)");
+                                " is beyond 3e-39 to 8e37 N/mm (N mm for bending)");
   springs.rest[lane] = rest;
   springs.compliance[lane] = compliance;
   springs.force[lane] = 0;

@@ -27,7 +27,7 @@ struct StepOptions {
   bool adaptive_damping = false;
   /// Start from the last step's multipliers: no iteration-count bias at rest.
   bool keep_multipliers = true;
-  /// Of the sweeps: single takes little more than half the time and moves a particle by about 1e-7
+  /// Of the sweeps: single takes about six tenths of the time and moves a particle by about 1e-7
   /// of its distance from the sheet's middle. Elastic triangles are swept in double only: \throws
   /// std::invalid_argument for a sheet that has some.
   Precision precision = Precision::kDouble;

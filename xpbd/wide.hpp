@@ -1,6 +1,6 @@
-// A batch's numbers at once, for the files that are compiled once per instruction
-// set; all give the same bits. Everything here has internal linkage, so that code for wide
-// registers cannot leak into other files.
+// A batch's numbers at once, for the files that are compiled once per instruction set; all give the
+// same bits. Everything here has internal linkage, so that code for wide registers cannot leak into
+// other files.
 #pragma once
 
 #include <immintrin.h>
@@ -277,10 +277,10 @@ struct Wide3 {
   friend Wide3 operator-(const Wide3& a, const Wide3& b) {
     return {a.x - b.x, a.y - b.y, a.z - b.z};
   }
-  Wide3 operator-() const { return {-x, -y, -z}; }
   friend Wide3 operator*(const Wide<Real>& s, const Wide3& a) {
     return {s * a.x, s * a.y, s * a.z};
   }
+  Wide3 operator-() const { return {-x, -y, -z}; }
 };
 
 template <class Real>
