@@ -48,6 +48,16 @@ TEST(Hinge, GradientsCarryNoForceAndNoTorque) {
   }
 }
 
+TEST(Hinge, DoesNotPullAlongItsEdge) {
+  std::mt19937 random(3);
+  for (int n = 0; n < 100; ++n) {
+    std::array<Vec3, 4> p = random_hinge(random), gradient;
+    hinge_angle(p[0], p[1], p[2], p[3], &gradient);
+    for (const Vec3& g : gradient)
+      EXPECT_LT(std::abs(g.dot(p[1] - p[0])), 1e-12 * g.norm() * (p[1] - p[0]).norm());
+  }
+}
+
 TEST(Hinge, IsUnmovedByRigidMotion) {
   std::mt19937 random(3);
   for (int n = 0; n < 100; ++n) {
