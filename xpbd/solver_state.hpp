@@ -40,7 +40,7 @@ struct SolverState {
   std::vector<Slot> particles;  // about `origin`; mobility as of `time_step`
   double time_step = 1;
   std::vector<Vec3> velocities;  // during a step or an iteration: what they move by, mm
-  std::vector<Slot> forces;      // scratch
+  std::vector<Slot> forces;      // in a step of doubles then the places before it
   std::optional<Single> single;
   Grouped<ClosableContact> contacts;
   std::vector<ClosableSpan> spans;
