@@ -8,9 +8,6 @@
 
 #include "sdf/leaf_kernels.hpp"
 #include "sdf/wide.hpp"
-#ifdef __AVX512F__
-#include "sdf/sample_sixteen_body.hpp"
-#endif
 
 namespace vstent::sdf {
 namespace {
@@ -241,17 +238,13 @@ inline void sample_one(const LeafPlaces& places, std::size_t n, const Rows& tabl
 }
 
 /// Rows that end one leaf and begin the next come in turn, so that no branch on it is guessed
-/// wrongly; and all are found and fetched before any is read.
+/// wrongly; and all are found and fetched before any is read, for the leaves of fine struts fill
+/// more than the caches. (Gathers, a point per lane, are slower there: they wait for every node.)
 void sample(const LeafPlaces& places, const LeafRange& given,
             std::span<std::array<double, 4>> samples) {
-  unsigned first = 0;
-#ifdef __AVX512F__
-  for (; first + 16 <= samples.size(); first += 16)
-    sample_sixteen(places, first, given, samples.data() + first);
-#endif
   std::array<std::array<unsigned, kPlaces>, 4> of_kind;
   std::array<std::size_t, 4> count{};
-  for (unsigned n = first; n < samples.size(); ++n) {
+  for (unsigned n = 0; n < samples.size(); ++n) {
     const auto kind = static_cast<std::size_t>(std::max(places.node[2][n] - 4, 0));
     of_kind[kind][count[kind]++] = n;
   }
