@@ -75,6 +75,18 @@ void add_numerics(json& all, const vessels::IdealisedVessel& vessel, Dice& dice)
     all["level_set"]["voxel_size"] = length_text(vessel.radius * dice.over_decades(0.04, 0.3));
 }
 
+/// Self-collision and friction, where the rest of the case allows them.
+void add_surface_forces(json& all, Dice& dice) {
+  const json& stent = all["stent"];
+  if (stent.contains("design")) return;
+  if (all["wall"]["preset"] != "paper" && dice.chance(0.15)) all["wall"]["self_collision"] = true;
+  const bool straightens =
+      stent.value("cell", "open") == "closed" && stent.value("straightening", 1.0) > 0;
+  const bool is_soft = all.value("contact", json::object()).contains("stiffness_N_per_mm");
+  if (straightens || is_soft || stent.contains("gives_way")) return;
+  if (dice.chance(0.25)) all["contact"]["friction"] = dice.over_decades(0.01, 2);
+}
+
 /// Writes the vessel, and returns the case that stents it.
 json random_case(std::uint64_t seed, const std::filesystem::path& surface) {
   Dice dice(seed);
@@ -113,6 +125,7 @@ json random_case(std::uint64_t seed, const std::filesystem::path& surface) {
     all["patch"]["keep_refined"] = dice.chance(0.5);
     all["solver"]["tolerance"] = 0.05;
   }
+  add_surface_forces(all, dice);
   return all;
 }
 
