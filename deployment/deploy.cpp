@@ -142,10 +142,12 @@ class Run {
       give_way();
       settle_on_surface(*case_.tolerance);
     } else {
-      // Coarser walls, where there are any, have brought it to rest.
-      if (walls_.size() == 1) give_way();
-      if (gives_) stent_.reshape(inflated(setup_, at_rest(), 1));
-      settle_on_surface(kRough);
+      if (gives_) {
+        // Coarser walls, where there are any, have brought it to rest.
+        if (walls_.size() == 1) give_way();
+        stent_.reshape(inflated(setup_, at_rest(), 1));
+        settle_on_surface(kRough);
+      }
       stent_.deflate(at_rest());
       if (stent_.on_struts())
         settle_by_relaxation();

@@ -287,8 +287,9 @@ void require_sound(const Metrics& m, const fs::path& surface) {
   throw Error(ExitCode::numerical,
               surface.string() + ": the stented surface is damaged (" +
                   std::to_string(m.inverted_triangles) + " inverted triangles, " +
-                  std::to_string(m.new_self_intersections) +
-                  " new self-intersections); try a smaller diameter or growth_per_step, or "
+                  std::to_string(m.new_self_intersections) + " new self-intersections, at " +
+                  vessels::place(*m.damaged_at) +
+                  " mm); try a smaller diameter or growth_per_step, or "
                   "/wall/self_collision where walls meet");
 }
 

@@ -69,8 +69,9 @@ void count_inverted(const TriangleMesh& before, const TriangleMesh& after, MeshM
   const std::vector<Vec3> around_before = surroundings(before, normals_before);
   const std::vector<Vec3> around_after = surroundings(after, normals_after);
   for (std::size_t t = 0; t < normals_before.size(); ++t) {
-    m.inverted_triangles +=
-        normals_after[t].dot(around_after[t]) < 0 && normals_before[t].dot(around_before[t]) >= 0;
+    if (normals_after[t].dot(around_after[t]) < 0 && normals_before[t].dot(around_before[t]) >= 0) {
+      if (++m.inverted_triangles == 1) m.damaged_at = centroid(corners(after, t));
+    }
     m.turned_triangles += normals_before[t].dot(normals_after[t]) < 0;
   }
 }
@@ -127,6 +128,8 @@ MeshMetrics certify(const TriangleMesh& before, const TriangleMesh& after,
     std::set_difference(crossings_after.begin(), crossings_after.end(), crossings_before.begin(),
                         crossings_before.end(), std::back_inserter(fresh));
     m.new_self_intersections = fresh.size();
+    if (!fresh.empty() && !m.damaged_at)
+      m.damaged_at = centroid(corners(after, static_cast<std::size_t>(fresh.front().first)));
   }
   m.openings_before = topology_before.boundary_loops.size();
   m.openings_after = topology_after.boundary_loops.size();

@@ -1,6 +1,8 @@
 // Can the stented mesh be handed on? Closed, manifold, free of crossings; what moved.
 #pragma once
 
+#include <optional>
+
 #include "vessels/surface.hpp"
 
 namespace vstent::measure {
@@ -20,6 +22,7 @@ struct MeshMetrics {
   std::size_t inverted_triangles = 0;  ///< turned over among the triangles around them
   std::size_t turned_triangles = 0;    ///< normals that turned by more than 90 degrees in space
   std::size_t new_self_intersections = 0;
+  std::optional<Vec3> damaged_at;  ///< mm: an inverted triangle's middle, else a crossing one's
   // Of either surface:
   std::size_t self_intersections_before = 0, self_intersections_after = 0;
   bool closed_before = false, closed_after = false;

@@ -65,6 +65,28 @@ TEST(RealVessel, VeinGraftKeepsItsFacesAndItsCaps) {
   }
 }
 
+TEST(RealVessel, StrutsOpenACoarctationToThriceItsDiameter) {
+  const auto surface = shared_data("coa_patient1/wall_aorta.stl");
+  SKIP_WITHOUT(surface);
+  const TemporaryFolder folder;
+  const WholeRun r = run(folder, surface, "mm",
+                         {{"at", {{"branch", 5}, {"arc_length", "33mm"}}},
+                          {"design", "cp8"},
+                          {"length", "34mm"},
+                          {"diameter", "14mm"}});
+  expect_sound(r);
+  ASSERT_TRUE(r.metrics.struts.has_value());
+  // Edges may sink in by 0.25 voxels, and rest within 0.2 of that. Where distances are interpolated
+  // over a voxel, and a wall is looked at every half wire radius, up to a^2 / (8 radii) is missed:
+  // at two voxels a radius 0.06 of one, twice.
+  const double voxel = *r.setup.specification.voxel_size;
+  EXPECT_LT(r.metrics.struts->deepest_penetration, 0.57 * voxel);
+  EXPECT_LT(r.metrics.struts->mean_gap, 0.5 * voxel);
+  EXPECT_EQ(r.metrics.struts->share_over_openings, 0.0);
+  // Struts hold the throat: its wall moves outwards, by 7 mm at most, not along the stent.
+  EXPECT_LT(r.metrics.largest_displacement, 7.0);
+}
+
 TEST(RealVessel, ClosedCellsStraightenATortuousIliac) {
   const auto surface = shared_data("aortoiliac_demo/aorta_fine.vtp");
   SKIP_WITHOUT(surface);
