@@ -284,13 +284,14 @@ Metrics write_results(const Setup& setup, const Outcome& outcome, const fs::path
 
 void require_sound(const Metrics& m, const fs::path& surface) {
   if (m.inverted_triangles == 0 && m.new_self_intersections == 0) return;
-  throw Error(ExitCode::numerical,
-              surface.string() + ": the stented surface is damaged (" +
-                  std::to_string(m.inverted_triangles) + " inverted triangles, " +
-                  std::to_string(m.new_self_intersections) + " new self-intersections, at " +
-                  vessels::place(*m.damaged_at) +
-                  " mm); try a smaller diameter or growth_per_step, or "
-                  "/wall/self_collision where walls meet");
+  throw Error(
+      ExitCode::numerical,
+      surface.string() + ": the stented surface is damaged (" +
+          std::to_string(m.inverted_triangles) + " inverted triangles, " +
+          std::to_string(m.new_self_intersections) + " new self-intersections, at " +
+          vessels::place(*m.damaged_at) +
+          " mm); try a smaller diameter or growth_per_step, /contact/friction where the wall "
+          "slides along a smooth stent, or /wall/self_collision where walls meet");
 }
 
 }  // namespace vstent::deployment
