@@ -100,6 +100,11 @@ std::vector<Wall> make_walls(const Setup& setup) {
   return walls;
 }
 
+std::size_t crossings(const Wall& wall, const std::vector<Vec3>& places) {
+  return vessels::self_intersections({places, wall.mesh.triangles}).size();
+}
+std::size_t crossings_at_rest(const Wall& wall) { return crossings(wall, wall.mesh.points); }
+
 void require_numbers(std::span<const Vec3> positions, const vessels::Region& region, int step) {
   for (std::size_t i = 0; i < positions.size(); ++i) {
     if (!positions[i].allFinite()) {
@@ -142,11 +147,13 @@ class Run {
       give_way();
       settle_on_surface(*case_.tolerance);
     } else {
-      if (gives_) {
-        // Coarser walls, where there are any, have brought it to rest.
-        if (walls_.size() == 1) give_way();
-        stent_.reshape(inflated(setup_, at_rest(), 1));
+      // Coarser walls, where there are any, have brought it to rest.
+      if (walls_.size() == 1) give_way();
+      if (gives_) stent_.reshape(inflated(setup_, at_rest(), 1));
+      if (rests_on_balloon_) {
         settle_on_surface(kRough);
+        if (!gives_ && crossings(walls_.back(), places_) > crossings_at_rest(walls_.back()))
+          return grown_on_patch_alone();
       }
       stent_.deflate(at_rest());
       if (stent_.on_struts())
@@ -169,6 +176,16 @@ class Run {
   }
 
  private:
+  /// A wall that comes to rest on the smooth balloon slides along it, and from a narrow throat it
+  /// folds. One that grows with it in small steps, and is handed to the struts as it is, does not.
+  Outcome grown_on_patch_alone() {
+    const Setup alone = on_patch_alone(setup_);
+    Run again(alone, observe_);
+    again.rests_on_balloon_ = false;
+    again.outcome_.history = std::move(outcome_.history);
+    return again.finish();
+  }
+
   /// Algorithm 1 of the paper on the coarsest wall.
   void grow() {
     Wall& wall = walls_.front();
@@ -202,10 +219,7 @@ class Run {
   void hand_on() {
     std::vector<Vec3> places = finer_[level_](places_);
     const Wall& next = walls_[level_ + 1];
-    const auto crossings = [&](const std::vector<Vec3>& points) {
-      return vessels::self_intersections({points, next.mesh.triangles}).size();
-    };
-    if (near_itself_ && crossings(places) > crossings(next.mesh.points))
+    if (near_itself_ && crossings(next, places) > crossings_at_rest(next))
       places = xpbd::lead_apart(next.sheet, places);
     places_ = std::move(places);
     if (!anchors_.empty()) anchors_ = finer_[level_](anchors_);
@@ -403,6 +417,7 @@ class Run {
   std::size_t level_ = 0;
   std::vector<Vec3> places_;   // of the wall at this level
   std::vector<Vec3> anchors_;  // where friction holds them; empty: nowhere yet
+  bool rests_on_balloon_ = true;
   int settling_steps_ = 0;
   std::vector<xpbd::Push> pushes_;  // of the wall against itself
   bool near_itself_ = false;

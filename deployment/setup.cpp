@@ -247,6 +247,10 @@ void choose_levels(Setup& setup) {
   setup.level_spacings = std::move(spacings);
 }
 
+// Of the edges of the wall that grows.
+constexpr double kContactDistance = 0.5;
+constexpr double kGrowthPerStep = 0.15;
+
 /// Of the smooth tube, or of the balloon that carries struts.
 void derive_growth(Setup& setup) {
   Case& c = setup.specification;
@@ -256,9 +260,10 @@ void derive_growth(Setup& setup) {
   const double growing_edge = spacings.empty() ? edge : spacings.front();
   // The balloon's edge leaves no trace under struts; a smooth stent's is as sharp as the mesh.
   const double touching_edge = setup.has_struts() ? growing_edge : edge;
-  if (!c.contact_distance) c.contact_distance = std::min(0.5 * touching_edge, 0.1 * radius);
+  if (!c.contact_distance)
+    c.contact_distance = std::min(kContactDistance * touching_edge, 0.1 * radius);
   if (!c.growth_per_step)
-    c.growth_per_step = std::min(0.15 * growing_edge, 0.5 * *c.contact_distance);
+    c.growth_per_step = std::min(kGrowthPerStep * growing_edge, 0.5 * *c.contact_distance);
   if (*c.contact_distance >= 0.5 * radius) {
     throw Error(ExitCode::usage, c.surface.string() +
                                      ": /contact/distance: " + mm(*c.contact_distance) +
@@ -333,6 +338,16 @@ Setup prepare(Case specification) {
   }
   derive_solver(setup);
   warn_of_bent_design(setup);
+  return setup;
+}
+
+Setup on_patch_alone(Setup setup) {
+  setup.level_spacings.clear();
+  Case& c = setup.specification;
+  const double edge = setup.region.median_edge;
+  c.contact_distance = std::min(*c.contact_distance, kContactDistance * edge);
+  c.growth_per_step =
+      std::min({*c.growth_per_step, kGrowthPerStep * edge, 0.5 * *c.contact_distance});
   return setup;
 }
 

@@ -67,4 +67,7 @@ struct Setup {
 /// usage
 Setup prepare(Case specification);
 
+/// The same, growing on the patch itself, in steps and at a distance that fit its edges.
+Setup on_patch_alone(Setup setup);
+
 }  // namespace vstent::deployment

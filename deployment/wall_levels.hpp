@@ -45,12 +45,9 @@ class Prolongation {
 };
 
 /// The paper's constants make another wall of every mesh, and soft contact sinks in with the edges:
-/// they are solved on the patch alone. So are struts, unless the wall finds the place of the stent:
-/// a wall that comes to rest on the smooth balloon slides along it, a narrow throat out of a wide
-/// stent altogether, where struts would have held it.
+/// they are solved on the patch alone.
 inline bool grows_on_coarser_walls(const Case& c) {
-  return !c.paper_wall() && c.contact_stiffness.value_or(0) == 0 &&
-         (c.design.empty() || c.gives_way);
+  return !c.paper_wall() && c.contact_stiffness.value_or(0) == 0;
 }
 
 /// The edge lengths (mm) of the levels that a wall of so many vertices is solved on, from the
